@@ -1,0 +1,49 @@
+# The two commands: `make demo` and `make test`. Both set everything up on a fresh Debian 12.
+BUILD ?= build
+OUT ?= out/demo
+JOBS ?= $(shell nproc)
+WERROR ?= OFF
+CMAKE_FLAGS ?=
+CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp')
+
+.PHONY: help demo test test-sanitize kitti live bench deps build format lint clean
+
+help:  ## show this list
+	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 16
+
+demo: build  ## simulate a small world, map it, say what came out and where
+	tools/demo.sh $(BUILD) $(OUT)
+
+test: build  ## all tests; those on real data skip, saying so, where ../shared/data is absent
+	ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+
+test-sanitize:  ## unit tests under address and undefined-behaviour sanitizers
+	$(MAKE) build BUILD=$(BUILD)-sanitize CMAKE_FLAGS="-DHGG_SANITIZE=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_FLAGS_DEBUG=-O1"
+	ctest --test-dir $(BUILD)-sanitize --output-on-failure -j $(JOBS) -LE realdata
+
+kitti: build  ## map real LiDAR frames and hold the result against the annotated cars
+	tests/kitti_test.sh $(BUILD) out/kitti
+
+live: build  ## play a log over real LCM, loopback only, and hold the map against a replay
+	tests/live_test.sh $(BUILD) out/live
+
+bench: build  ## time the stages
+	$(BUILD)/hgg_bench
+
+deps:  ## install what is missing (Debian packages)
+	tools/install_deps.sh
+
+build: deps  ## configure and compile
+	cmake -S . -B $(BUILD) -G Ninja -DHGG_WERROR=$(WERROR) $(CMAKE_FLAGS)
+	cmake --build $(BUILD) -j $(JOBS)
+
+format:  ## rewrite the code as .clang-format says
+	clang-format -i $(CXX_FILES)
+
+lint: build  ## formatting and clang-tidy; changes nothing
+	tools/install_deps.sh --lint
+	clang-format --dry-run -Werror $(CXX_FILES)
+	git ls-files 'src/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 2 clang-tidy -p $(BUILD) --quiet
+
+clean:  ## remove what was built and made
+	rm -rf $(BUILD) $(BUILD)-sanitize out
