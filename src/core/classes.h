@@ -1,0 +1,42 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/types.h"
+
+namespace hgg {
+
+enum class ClassKind : std::uint8_t { kIgnore, kThing, kStuff };
+
+/// What the mapper knows of a semantic class.
+struct ClassInfo {
+  ClassId id = 0;
+  std::string name;
+  ClassKind kind = ClassKind::kIgnore;
+  bool dynamic = false;       // members can move by themselves
+  double cluster_radius = 0;  // m, things only: points closer than this belong together
+  int min_points = 0;         // clusters (or tiles) below this many points are dropped
+};
+
+/// Label id -> class; labels that fold (moving-car -> car) answer with the class they fold into.
+class ClassTable {
+ public:
+  /// nullptr when the label is not in the table.
+  const ClassInfo* find(ClassId label) const { return by_label_[label] < 0 ? nullptr : &classes_[static_cast<std::size_t>(by_label_[label])]; }
+  const std::vector<ClassInfo>& classes() const { return classes_; }  // in the order of the file
+  std::string name(ClassId label) const;                              // "class 17" when unknown
+
+  static Result<ClassTable> parse(const std::string& toml_text, const std::string& source_name);
+  static Result<ClassTable> load(const std::string& path);
+  /// The shipped SemanticKITTI table.
+  static ClassTable builtin();
+
+ private:
+  std::vector<ClassInfo> classes_;
+  std::vector<std::int32_t> by_label_ = std::vector<std::int32_t>(65536, -1);
+};
+
+}  // namespace hgg
