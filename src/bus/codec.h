@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/types.h"
+#include "frame/frame.h"
+#include "publish/messages.h"
+
+namespace hgg {
+
+/// Messages <-> structs. The only place that includes LCM types (codec.cpp); every decode is bounded, never throws, and
+/// fails with a reason on: truncated or surplus bytes, a foreign fingerprint, negative or absurd lengths, fields that
+/// do not fit the record, non-finite or zero-norm orientations, times outside 0..kMaxUtime_us. The reasons are a fixed
+/// set of texts without values in them, so that they can be counted.
+using Bytes = std::span<const std::uint8_t>;
+
+/// Limits of what is accepted from the wire.
+constexpr std::int64_t kMaxPoints = 4'000'000;
+constexpr std::int32_t kMaxFields = 64;
+constexpr std::int32_t kMaxStringBytes = 256;
+constexpr Micros kMaxUtime_us = Micros{1} << 60;  // times of any source can be subtracted without overflow
+
+/// bot_core.pose_t -> odometry sample (pos and orientation only; the orientation is normalised).
+Result<OdometrySample> decodePose(Bytes message);
+
+/// bot_core.pointcloud2_t with fields x, y, z (f32), label (u16; u8, u32 and i32 accepted too), optional instance (u32
+/// or u16) and confidence (f32). Points whose confidence is not at least `min_confidence` are left out. Labels above
+/// 65535 become 65535. Points with non-finite coordinates are kept: creation drops and counts them.
+Result<SemanticCloud> decodeSemanticCloud(Bytes message, float min_confidence);
+
+std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_odom_body);
+/// x, y, z (f32), label (u16), and instance (u32) when any point has one.
+std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points);
+std::vector<std::uint8_t> encodeRigidTransform(Micros utime_us, const Pose& T_map_odom);
+std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update);
+std::vector<std::uint8_t> encodeStatus(const Status& status);
+
+}  // namespace hgg

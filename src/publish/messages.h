@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "map/node.h"
+
+namespace hgg {
+
+/// An object node without its geometry: what subscribers see of it.
+struct ObjectSummary {
+  NodeId id = 0;
+  ClassId label = 0;
+  std::string name;
+  Belief belief;  // map frame
+  bool stuff = false;
+  std::int32_t views = 0, leaves = 0;
+  Micros first_us = 0, last_us = 0;
+};
+
+/// A change of the object graph, or the whole of it.
+struct GraphUpdate {
+  Micros utime_us = 0;
+  std::int64_t revision = 0;
+  bool complete = false;
+  std::vector<ObjectSummary> objects;  // ascending id
+  std::vector<NodeId> removed;         // ascending
+  std::vector<Edge> edges;             // all edges with an end among `objects`
+};
+
+/// Health of a mapper; the fields of hgg.status_t.
+struct Status {
+  Micros utime_us = 0;
+  std::int64_t frames = 0;
+  std::int64_t dropped_busy = 0, dropped_odometry = 0, dropped_invalid = 0;
+  double frame_rate = 0;  // Hz
+  double frame_ms = 0;
+  std::vector<std::pair<std::string, double>> stage_ms;
+  std::int64_t objects = 0, leaves = 0;
+  double map_mb = 0, rss_mb = 0;
+  std::int64_t unknown_labels = 0;
+  std::int64_t revision = 0;
+};
+
+}  // namespace hgg

@@ -1,0 +1,51 @@
+#include "publish/publish.h"
+
+namespace hgg {
+namespace {
+
+ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
+  ObjectSummary out;
+  out.id = node.id;
+  out.label = node.label;
+  out.name = classes.name(node.label);
+  out.belief = node.belief;
+  out.stuff = node.stuff;
+  out.views = node.views;
+  out.leaves = static_cast<std::int32_t>(node.leaves.size());
+  out.first_us = node.first_us;
+  out.last_us = node.last_us;
+  return out;
+}
+
+}  // namespace
+
+GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
+  GraphUpdate update;
+  update.utime_us = report.utime_us;
+  update.revision = report.delta.revision;
+  for (const NodeId id : report.delta.changed) {
+    if (const MapNode* node = mapper.map().find(id)) update.objects.push_back(summarise(*node, mapper.classes()));
+  }
+  update.removed = report.delta.removed;
+  update.edges = mapper.edgesOf(report.delta.changed);
+  return update;
+}
+
+GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
+  GraphUpdate update;
+  update.utime_us = utime_us;
+  update.revision = mapper.map().revision();
+  update.complete = true;
+  for (const auto& [id, node] : mapper.map().nodes()) update.objects.push_back(summarise(node, mapper.classes()));
+  update.edges = mapper.edges();
+  return update;
+}
+
+void describeMap(const Map& map, Status& status) {
+  status.objects = static_cast<std::int64_t>(map.nodes().size());
+  status.leaves = static_cast<std::int64_t>(map.leafCount());
+  status.map_mb = map.megabytes();
+  status.revision = map.revision();
+}
+
+}  // namespace hgg

@@ -1,0 +1,18 @@
+#pragma once
+
+#include "mapper.h"
+#include "publish/messages.h"
+
+namespace hgg {
+
+/// What a step changed: its created, changed and removed nodes, and the edges with an end among the former. Edges
+/// between untouched nodes can come and go with a neighbour; completeGraph() carries those.
+GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report);
+
+/// The whole graph at its present revision, for late joiners. `utime_us` is the time of the newest frame.
+GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us);
+
+/// Fills the fields of `status` that describe the map.
+void describeMap(const Map& map, Status& status);
+
+}  // namespace hgg

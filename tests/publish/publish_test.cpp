@@ -1,0 +1,80 @@
+#include "publish/publish.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "small_world.h"
+
+namespace hgg {
+namespace {
+
+/// A mapper that has driven through the small world, and what it published on the way.
+struct Drive {
+  Mapper mapper{Config{}, ClassTable::builtin()};
+  std::vector<GraphUpdate> updates;
+
+  explicit Drive(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      const auto odometry = SmallWorld::odometry(i);
+      const auto report = mapper.step({odometry.utime_us, odometry.T_odom_body, SmallWorld::points(i)});
+      updates.push_back(changedGraph(mapper, report));
+    }
+  }
+};
+
+TEST(Publish, UpdatesAddUpToTheCompleteGraph) {
+  const Drive drive(40);
+  std::map<NodeId, ObjectSummary> followed;
+  for (const auto& update : drive.updates) {
+    EXPECT_FALSE(update.complete);
+    for (const auto& object : update.objects) followed[object.id] = object;
+    for (const NodeId id : update.removed) followed.erase(id);
+  }
+  const auto complete = completeGraph(drive.mapper, 5);
+  EXPECT_TRUE(complete.complete);
+  EXPECT_EQ(complete.utime_us, 5);
+  ASSERT_GT(complete.objects.size(), 10u);
+  ASSERT_EQ(complete.objects.size(), followed.size());
+  for (const auto& object : complete.objects) {
+    const auto& other = followed.at(object.id);
+    EXPECT_EQ(object.belief.mean, other.belief.mean);
+    EXPECT_EQ(object.belief.kappa, other.belief.kappa);
+    EXPECT_EQ(object.views, other.views);
+    EXPECT_EQ(object.leaves, other.leaves);
+    EXPECT_EQ(object.name, other.name);
+  }
+}
+
+TEST(Publish, RevisionsCountUpByOne) {
+  const Drive drive(10);
+  for (std::size_t i = 1; i < drive.updates.size(); ++i) {
+    EXPECT_EQ(drive.updates[i].revision, drive.updates[i - 1].revision + 1);
+  }
+  EXPECT_EQ(completeGraph(drive.mapper, 0).revision, drive.updates.back().revision);
+}
+
+TEST(Publish, EdgesOfAnUpdateTouchItsObjects) {
+  const Drive drive(10);
+  for (const auto& update : drive.updates) {
+    const auto has = [&](NodeId id) {
+      return std::any_of(update.objects.begin(), update.objects.end(), [&](const auto& o) { return o.id == id; });
+    };
+    EXPECT_FALSE(update.edges.empty());
+    for (const Edge& edge : update.edges) EXPECT_TRUE(has(edge.a) || has(edge.b));
+  }
+}
+
+TEST(Publish, StatusDescribesTheMap) {
+  const Drive drive(3);
+  Status status;
+  describeMap(drive.mapper.map(), status);
+  EXPECT_EQ(status.objects, std::ssize(drive.mapper.map().nodes()));
+  EXPECT_EQ(status.leaves, static_cast<std::int64_t>(drive.mapper.map().leafCount()));
+  EXPECT_EQ(status.revision, 3);
+  EXPECT_GT(status.map_mb, 0);
+}
+
+}  // namespace
+}  // namespace hgg
