@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace hgg {
+
+/// A point of one instance or class: x, y, z and a padding zero, so that four lanes load at once.
+using PackedPoint = Eigen::Array4f;
+
+/// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d). slope is the beam factor times
+/// the vertical beam spacing (rad): beams of a spinning LiDAR spread with range. slope < 0.15.
+struct RadiusLaw {
+  float radius_min = 0.5F;
+  float slope = 0;
+  float at(float range) const { return std::max(radius_min, slope * range); }
+};
+
+/// True when the points are neighbours: closer to each other than r of the nearer one's range.
+inline bool areNeighbours(const PackedPoint& p, const PackedPoint& q, const RadiusLaw& law) {
+  const PackedPoint d = p - q;
+  const float square = (d * d).sum();
+  return square < law.radius_min * law.radius_min || square < law.slope * law.slope * std::min((p * p).sum(), (q * q).sum());
+}
+
+/// Euclidean clustering: the connected components of areNeighbours, exactly, in time linear in the number of points for
+/// bounded density. Returns a component per point, numbered by first appearance. Points must be finite and
+/// within 2^20 cells (radius_min / sqrt(3)) of the origin.
+std::vector<std::int32_t> clusterEuclidean(std::span<const PackedPoint> points, const RadiusLaw& law);
+
+}  // namespace hgg

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "core/belief.h"
+#include "map/node.h"
+
+namespace hgg {
+
+/// A leaf Gaussian of a frame's geometry graph, in the object frame.
+using LocalLeaf = Belief;
+
+/// An object node of one frame, body frame. The object frame T_body_object has its origin at the mean and its axes along the
+/// eigenvectors of the extent.
+struct LocalObject {
+  ClassId label = 0;
+  std::uint32_t instance = 0;  // the segmenter's, 0 = none
+  bool stuff = false;
+  Tile tile;  // stuff only: map-frame tile under the predicted pose
+  Belief belief;
+  Pose T_body_object = Pose::Identity();
+  std::vector<LocalLeaf> leaves;
+  std::vector<std::pair<int, int>> leaf_edges;  // relative neighbourhood graph over leaf means
+};
+
+struct LocalEdge {
+  int a = 0, b = 0;
+  double weight = 0;  // eq. rel_weights
+};
+
+/// G_t: what one frame says, before the map is asked anything.
+struct LocalGraph {
+  Micros utime_us = 0;
+  std::vector<LocalObject> objects;
+  std::vector<LocalEdge> edges;
+  std::size_t points = 0;  // kept
+  std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
+};
+
+/// A local object matched to a map node.
+struct ObjectPair {
+  int local = 0;
+  NodeId map = 0;
+  double cost = 0;  // eq. cost, m; 0 for stuff
+};
+
+}  // namespace hgg
