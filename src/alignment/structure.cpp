@@ -1,0 +1,44 @@
+#include "alignment/structure.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hgg {
+namespace {
+
+void count(NeighborHistogram& histogram, ClassId label) {
+  const auto it = std::lower_bound(histogram.begin(), histogram.end(), label, [](const auto& bin, ClassId l) { return bin.first < l; });
+  if (it != histogram.end() && it->first == label) {
+    ++it->second;
+  } else {
+    histogram.insert(it, {label, 1});
+  }
+}
+
+}  // namespace
+
+std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels, const std::vector<LocalEdge>& edges) {
+  std::vector<NeighborHistogram> histograms(labels.size());
+  for (const LocalEdge& e : edges) {
+    count(histograms[static_cast<std::size_t>(e.a)], labels[static_cast<std::size_t>(e.b)]);
+    count(histograms[static_cast<std::size_t>(e.b)], labels[static_cast<std::size_t>(e.a)]);
+  }
+  return histograms;
+}
+
+double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b) {
+  double square = 0;
+  auto i = a.begin();
+  auto j = b.begin();
+  while (i != a.end() || j != b.end()) {
+    const bool take_a = j == b.end() || (i != a.end() && i->first <= j->first);
+    const bool take_b = i == a.end() || (j != b.end() && j->first <= i->first);
+    const double difference = (take_a ? i->second : 0) - (take_b ? j->second : 0);
+    square += difference * difference;
+    i += take_a ? 1 : 0;
+    j += take_b ? 1 : 0;
+  }
+  return std::sqrt(square);
+}
+
+}  // namespace hgg

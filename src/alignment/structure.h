@@ -1,0 +1,20 @@
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "core/types.h"
+#include "map/local_graph.h"
+
+namespace hgg {
+
+/// Sparse histogram of the classes of a node's graph neighbours (eq. st_hist), ascending by class.
+using NeighborHistogram = std::vector<std::pair<ClassId, int>>;
+
+/// One histogram per node of a graph.
+std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels, const std::vector<LocalEdge>& edges);
+
+/// L2 norm of the difference (E_st).
+double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b);
+
+}  // namespace hgg
