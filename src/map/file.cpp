@@ -1,0 +1,331 @@
+#include "map/file.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zstd.h>
+
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <span>
+#include <string_view>
+
+namespace hgg {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the file is written as it lies in memory");
+
+constexpr std::string_view kMagic = "HGGMAP\r\n";
+constexpr std::string_view kEnd = "END.";
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kFrameBytes = 4U << 20;
+constexpr int kCompressionLevel = 3;
+
+class Writer {
+ public:
+  template <typename T>
+  void put(T value) {
+    static_assert(std::is_arithmetic_v<T>);
+    const auto* bytes = reinterpret_cast<const char*>(&value);
+    out_.append(bytes, sizeof(T));
+  }
+  void put(std::string_view text) { out_.append(text); }
+  void put(const Pose& T) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      put(T.translation()[i]);
+    }
+    for (Eigen::Index i = 0; i < 9; ++i) {
+      put(T.linear()(i / 3, i % 3));
+    }
+  }
+  void put(const Belief& b) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      put(b.mean[i]);
+    }
+    for (const auto& [r, c] : kCovarianceOrder) {
+      put(b.cov(r, c));
+    }
+    put(b.kappa);
+  }
+  const std::string& bytes() const { return out_; }
+
+  static constexpr std::pair<Eigen::Index, Eigen::Index> kCovarianceOrder[] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+
+ private:
+  std::string out_;
+};
+
+/// Bounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
+class Reader {
+ public:
+  explicit Reader(std::string_view bytes) : rest_(bytes) {}
+  template <typename T>
+  T get() {
+    T value{};
+    if (const std::string_view bytes = take(sizeof(T)); !bytes.empty()) {
+      std::memcpy(&value, bytes.data(), sizeof(T));
+    }
+    if constexpr (std::is_floating_point_v<T>) {
+      good_ = good_ && std::isfinite(value);
+    }
+    return value;
+  }
+  std::string_view take(std::size_t n) {
+    good_ = good_ && n <= rest_.size();
+    const std::string_view bytes = good_ ? rest_.substr(0, n) : std::string_view{};
+    rest_.remove_prefix(bytes.size());
+    return bytes;
+  }
+  /// A count of items of at least `item_bytes` each; one that cannot fit in what is left is an error, not an allocation.
+  std::size_t count(std::uint64_t n, std::size_t item_bytes) {
+    good_ = good_ && n <= rest_.size() / item_bytes;
+    return good_ ? static_cast<std::size_t>(n) : 0;
+  }
+  Pose pose() {
+    Pose T = Pose::Identity();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      T.translation()[i] = get<double>();
+    }
+    for (Eigen::Index i = 0; i < 9; ++i) {
+      T.linear()(i / 3, i % 3) = get<double>();
+    }
+    return T;
+  }
+  Belief belief() {
+    Belief b;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      b.mean[i] = get<double>();
+    }
+    for (const auto& [r, c] : Writer::kCovarianceOrder) {
+      b.cov(r, c) = b.cov(c, r) = get<double>();
+    }
+    b.kappa = get<double>();
+    return b;
+  }
+  void require(bool condition) { good_ = good_ && condition; }
+  bool good() const { return good_; }
+  bool atEnd() const { return rest_.empty(); }
+
+ private:
+  std::string_view rest_;
+  bool good_ = true;
+};
+
+void putNode(Writer& w, const MapNode& node) {
+  w.put(node.id);
+  w.put(node.label);
+  w.put(static_cast<std::uint8_t>(node.stuff));
+  w.put(node.tile.x), w.put(node.tile.y), w.put(node.tile.z);
+  w.put(node.belief);
+  w.put(node.T_map_object);
+  w.put(node.views);
+  w.put(node.first_us), w.put(node.last_us);
+  w.put(static_cast<std::uint32_t>(node.leaves.size()));
+  for (const Leaf& leaf : node.leaves) {
+    for (const float v : leaf.mean) {
+      w.put(v);
+    }
+    for (const float v : leaf.cov) {
+      w.put(v);
+    }
+    w.put(leaf.kappa);
+  }
+}
+
+MapNode getNode(Reader& r) {
+  MapNode node;
+  node.id = r.get<NodeId>();
+  node.label = r.get<ClassId>();
+  node.stuff = r.get<std::uint8_t>() != 0;
+  node.tile.x = r.get<std::int32_t>(), node.tile.y = r.get<std::int32_t>(), node.tile.z = r.get<std::int32_t>();
+  node.belief = r.belief();
+  node.T_map_object = r.pose();
+  node.views = r.get<std::int32_t>();
+  node.first_us = r.get<Micros>(), node.last_us = r.get<Micros>();
+  node.leaves.resize(r.count(r.get<std::uint32_t>(), sizeof(Leaf)));
+  for (Leaf& leaf : node.leaves) {
+    for (float& v : leaf.mean) {
+      v = r.get<float>();
+    }
+    for (float& v : leaf.cov) {
+      v = r.get<float>();
+    }
+    leaf.kappa = r.get<float>();
+  }
+  return node;
+}
+
+std::string encodePayload(const Map& map, const std::vector<Edge>& edges) {
+  Writer w;
+  w.put(static_cast<std::uint32_t>(map.classNames().size()));
+  for (const auto& [id, name] : map.classNames()) {
+    w.put(id);
+    w.put(static_cast<std::uint16_t>(name.size()));
+    w.put(std::string_view(name));
+  }
+  w.put(map.revision());
+  w.put(map.nextId());
+  w.put(static_cast<std::uint64_t>(map.keyframes().size()));
+  for (const TimedPose& k : map.keyframes()) {
+    w.put(k.utime_us);
+    w.put(k.T_map_body);
+  }
+  w.put(static_cast<std::uint64_t>(map.nodes().size()));
+  for (const auto& [id, node] : map.nodes()) {
+    putNode(w, node);
+  }
+  w.put(static_cast<std::uint64_t>(edges.size()));
+  for (const Edge& e : edges) {
+    w.put(e.a), w.put(e.b), w.put(e.weight);
+  }
+  w.put(kEnd);
+  return w.bytes();
+}
+
+/// nullopt when the payload does not follow the grammar.
+std::optional<StoredMap> decodePayload(std::string_view payload) {
+  Reader r(payload);
+  std::map<ClassId, std::string> names;
+  for (std::size_t n = r.count(r.get<std::uint32_t>(), 4); n > 0; --n) {
+    const auto id = r.get<ClassId>();
+    names[id] = std::string(r.take(r.get<std::uint16_t>()));
+  }
+  const auto revision = r.get<std::int64_t>();
+  const auto next_id = r.get<NodeId>();
+  std::vector<TimedPose> keyframes(r.count(r.get<std::uint64_t>(), 8 + 96));
+  for (TimedPose& k : keyframes) {
+    k.utime_us = r.get<Micros>();
+    k.T_map_body = r.pose();
+  }
+  std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), 8 + 3 + 12 + 80 + 96 + 24));
+  NodeId last_id = 0;
+  std::set<std::pair<ClassId, Tile>> tiles;
+  for (MapNode& node : nodes) {
+    node = getNode(r);
+    r.require(node.id > last_id && node.belief.kappa >= 0 && (!node.stuff || tiles.emplace(node.label, node.tile).second));
+    last_id = node.id;
+  }
+  std::vector<Edge> edges(r.count(r.get<std::uint64_t>(), 20));
+  for (Edge& e : edges) {
+    e.a = r.get<NodeId>(), e.b = r.get<NodeId>(), e.weight = r.get<float>();
+  }
+  r.require(next_id > last_id && r.take(kEnd.size()) == kEnd && r.atEnd());
+  if (!r.good()) {
+    return std::nullopt;
+  }
+  StoredMap stored{Map::restore(std::move(nodes), std::move(keyframes), std::move(names), revision, next_id), std::move(edges)};
+  for (const Edge& e : stored.edges) {
+    if (e.a >= e.b || stored.map.find(e.a) == nullptr || stored.map.find(e.b) == nullptr) {
+      return std::nullopt;
+    }
+  }
+  return stored;
+}
+
+std::string compress(std::string_view payload) {
+  std::string out;
+  ZSTD_CCtx* context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, kCompressionLevel);
+  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
+  for (std::size_t at = 0; at < payload.size(); at += kFrameBytes) {
+    const std::string_view part = payload.substr(at, kFrameBytes);
+    std::string frame(ZSTD_compressBound(part.size()), '\0');
+    frame.resize(ZSTD_compress2(context, frame.data(), frame.size(), part.data(), part.size()));
+    out += frame;
+  }
+  ZSTD_freeCCtx(context);
+  return out;
+}
+
+Result<std::string> decompress(std::string_view frames) {
+  std::string payload;
+  while (!frames.empty()) {
+    const std::size_t packed = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
+    if (ZSTD_isError(packed) != 0) {
+      return Result<std::string>::fail("truncated or corrupted (a block is incomplete)");
+    }
+    const unsigned long long size = ZSTD_getFrameContentSize(frames.data(), packed);
+    if (size == 0 || size > kFrameBytes) {
+      return Result<std::string>::fail("corrupted (a block has an impossible size)");
+    }
+    const std::size_t at = payload.size();
+    payload.resize(at + static_cast<std::size_t>(size));
+    if (ZSTD_decompress(payload.data() + at, static_cast<std::size_t>(size), frames.data(), packed) != size) {
+      return Result<std::string>::fail("corrupted (a block fails its checksum)");
+    }
+    frames.remove_prefix(packed);
+  }
+  return Result<std::string>::ok(std::move(payload));
+}
+
+/// Writes and syncs `bytes`; empty when done, else the reason.
+std::string writeDurably(const std::string& path, std::string_view bytes) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) {
+    return std::strerror(errno);
+  }
+  while (!bytes.empty()) {
+    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno != EINTR) {
+      const std::string why = std::strerror(errno);
+      ::close(fd);
+      return why;
+    }
+    bytes.remove_prefix(n > 0 ? static_cast<std::size_t>(n) : 0);
+  }
+  const bool synced = ::fsync(fd) == 0;
+  return ::close(fd) == 0 && synced ? "" : std::strerror(errno);
+}
+
+}  // namespace
+
+std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path) {
+  Writer header;
+  header.put(kMagic);
+  header.put(kVersion);
+  const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
+  std::string why = writeDurably(temporary, header.bytes() + compress(encodePayload(map, edges)));
+  if (why.empty() && std::rename(temporary.c_str(), path.c_str()) != 0) {
+    why = std::strerror(errno);
+  }
+  if (!why.empty()) {
+    ::unlink(temporary.c_str());
+    return fmt::format("{}: cannot write the map: {}", path, why);
+  }
+  return {};
+}
+
+Result<StoredMap> loadMap(const std::string& path) {
+  const auto fail = [&](const std::string& why) { return Result<StoredMap>::fail(fmt::format("{}: {}", path, why)); };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    return fail("no such map file");
+  }
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (!file) {
+    return fail("cannot read the file");
+  }
+  const std::size_t header_bytes = kMagic.size() + sizeof(kVersion);
+  if (bytes.size() < header_bytes || std::string_view(bytes).substr(0, kMagic.size()) != kMagic) {
+    return fail("not an hggmap map");
+  }
+  std::uint32_t version = 0;
+  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
+  if (version != kVersion) {
+    return fail(fmt::format("map format version {}, this hggmap reads version {}", version, kVersion));
+  }
+  const Result<std::string> payload = decompress(std::string_view(bytes).substr(header_bytes));
+  if (!payload) {
+    return fail(payload.error);
+  }
+  std::optional<StoredMap> stored = decodePayload(*payload);
+  return stored ? Result<StoredMap>::ok(std::move(*stored)) : fail("truncated or corrupted (its contents do not follow the format)");
+}
+
+}  // namespace hgg

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// The map file, version 1. Little-endian; iN/uN are integers of N bits, f32/f64 IEEE floats.
+///
+///   file      := magic version frame+
+///   magic     := 8 bytes "HGGMAP\r\n"          (a text-mode transfer breaks it visibly)
+///   version   := u32, 1
+///   frame     := a zstd frame with content size and content checksum; at most 4 MiB of the payload
+///   payload   := classes revision next_id keyframes nodes edges "END."     (the frames' contents, joined)
+///   classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
+///   revision  := i64
+///   next_id   := i64                            the id of the next new node; above every id that was ever given
+///   keyframes := u64 count, count x { i64 utime_us, pose T_map_body }
+///   nodes     := u64 count, count x node                                                   ascending by id
+///   node      := i64 id, u16 label, u8 stuff, 3 x i32 tile, belief, pose T_map_object, i32 views, i64 first_us,
+///                i64 last_us, u32 count, count x leaf
+///   belief    := 3 x f64 mean, 6 x f64 covariance (00 11 22 01 02 12), f64 kappa           map frame
+///   leaf      := 3 x f32 mean, 6 x f32 covariance (same order), f32 kappa                  object frame
+///   pose      := 3 x f64 translation, 9 x f64 rotation matrix (row-major)
+///   edges     := u64 count, count x { i64 a, i64 b, f32 weight }                           a < b
+///
+/// Equal maps give equal bytes.
+
+/// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power cut never
+/// meets half a map. Returns an error line, empty when done.
+std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path);
+
+struct StoredMap {
+  Map map;
+  std::vector<Edge> edges;
+};
+
+/// Reads a map file; truncated, corrupted, foreign or newer files are an error, never a crash.
+Result<StoredMap> loadMap(const std::string& path);
+
+}  // namespace hgg

@@ -1,0 +1,290 @@
+#include "map/fuse.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/spd.h"
+
+namespace hgg {
+namespace {
+
+/// Cell of the leaf grid: level of detail, then the cell's index at that level.
+using CellIndex = std::array<std::int32_t, 4>;
+
+/// Leaves up to this many cells wide live in the cells of a level. What fills a cell evenly is one cell wide, and 1.41 once its
+/// pieces have their middles all over the cell.
+constexpr float kCellsWide = 1.5F;
+constexpr std::int32_t kLevels = 16;
+
+float cellSize(std::int32_t level, float leaf_size) { return std::ldexp(leaf_size, level); }
+
+CellIndex cellOf(const Leaf& leaf, float leaf_size) {
+  // A square patch of side s has the trace s^2 / 6.
+  const float width = std::sqrt(6 * (leaf.cov[0] + leaf.cov[1] + leaf.cov[2]));
+  std::int32_t level = 0;
+  while (level + 1 < kLevels && width > kCellsWide * cellSize(level, leaf_size)) {
+    ++level;
+  }
+  const auto index = [&](std::size_t k) { return static_cast<std::int32_t>(std::floor(leaf.mean[k] / cellSize(level, leaf_size))); };
+  return {level, index(0), index(1), index(2)};
+}
+
+struct KeyedLeaf {
+  CellIndex cell;
+  Leaf leaf;
+};
+
+using LeafGrid = std::vector<KeyedLeaf>;  // ascending by cell, one leaf a cell
+
+LeafGrid::iterator lowerBound(LeafGrid& grid, const CellIndex& cell) {
+  return std::lower_bound(grid.begin(), grid.end(), cell, [](const KeyedLeaf& k, const CellIndex& c) { return k.cell < c; });
+}
+
+/// The leaf nearest to `leaf` in the up to seven cells that come within half a cell of it; nullptr when none is that near.
+Leaf* findNextDoor(LeafGrid& grid, const CellIndex& home, const Leaf& leaf, float leaf_size) {
+  const float cell = cellSize(home[0], leaf_size);
+  Leaf* best = nullptr;
+  float best_square = 0.25F * cell * cell;
+  for (unsigned mask = 1; mask < 8; ++mask) {
+    CellIndex neighbour = home;
+    for (unsigned k = 0; k < 3; ++k) {
+      const bool upper_half = leaf.mean[k] / cell - static_cast<float>(home[k + 1]) >= 0.5F;
+      neighbour[k + 1] += (mask >> k & 1U) == 0 ? 0 : upper_half ? 1 : -1;
+    }
+    const auto it = lowerBound(grid, neighbour);
+    if (it == grid.end() || it->cell != neighbour) {
+      continue;
+    }
+    float square = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      square += (it->leaf.mean[k] - leaf.mean[k]) * (it->leaf.mean[k] - leaf.mean[k]);
+    }
+    if (square < best_square) {
+      best_square = square;
+      best = &it->leaf;
+    }
+  }
+  return best;
+}
+
+void addToGrid(LeafGrid& grid, const Leaf& leaf, float leaf_size) {
+  const CellIndex home = cellOf(leaf, leaf_size);
+  const auto at = lowerBound(grid, home);
+  Leaf* host = at != grid.end() && at->cell == home ? &at->leaf : findNextDoor(grid, home, leaf, leaf_size);
+  if (host != nullptr) {
+    *host = packLeaf(merge(unpackLeaf(*host), unpackLeaf(leaf)));
+  } else {
+    grid.insert(at, {home, leaf});
+  }
+}
+
+/// Leaves by the cells they lie in now; merging may have moved some since they were ordered last.
+LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size) {
+  LeafGrid grid;
+  grid.reserve(leaves.size() + 16);
+  for (const Leaf& leaf : leaves) {
+    const CellIndex cell = cellOf(leaf, leaf_size);
+    if (grid.empty() || grid.back().cell < cell) {
+      grid.push_back({cell, leaf});
+    } else {
+      addToGrid(grid, leaf, leaf_size);
+    }
+  }
+  return grid;
+}
+
+MapNode createNode(const LocalObject& object, const Pose& T_map_body, Micros utime_us, double leaf_size) {
+  MapNode node;
+  node.label = object.label;
+  node.stuff = object.stuff;
+  node.tile = object.tile;
+  node.belief = transform(T_map_body, object.belief);
+  node.T_map_object = T_map_body * object.T_body_object;
+  fuseLeaves(node.leaves, object.leaves, Pose::Identity(), leaf_size);
+  node.views = 1;
+  node.first_us = node.last_us = utime_us;
+  return node;
+}
+
+void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, Micros utime_us, double leaf_size) {
+  node.belief = merge(node.belief, transform(T_map_body, object.belief));
+  fuseLeaves(node.leaves, object.leaves, node.T_map_object.inverse() * T_map_body * object.T_body_object, leaf_size);
+  ++node.views;
+  node.last_us = std::max(node.last_us, utime_us);
+}
+
+/// Nodes touched by this frame, in a working copy; ids of new nodes are negative until the map gives them real ones.
+using Touched = std::map<NodeId, MapNode>;
+
+Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
+                   double leaf_size) {
+  Touched touched;
+  std::vector<NodeId> node_of(local.objects.size(), 0);
+  for (const ObjectPair& pair : pairs) {
+    node_of[static_cast<std::size_t>(pair.local)] = pair.map;
+  }
+  NodeId next_new = -1;
+  for (std::size_t i = 0; i < local.objects.size(); ++i) {
+    const LocalObject& object = local.objects[i];
+    if (node_of[i] == 0) {
+      touched[next_new--] = createNode(object, T_map_body, local.utime_us, leaf_size);
+    } else {
+      MapNode& node = touched.try_emplace(node_of[i], *map.find(node_of[i])).first->second;
+      observe(node, object, T_map_body, local.utime_us, leaf_size);
+    }
+  }
+  return touched;
+}
+
+/// A box holds its uniformly spread surface within sqrt(3) standard deviations of its middle along each axis, a surface seen
+/// from one side within about two.
+constexpr double kBoxSigmas = 2;
+
+/// True when `p` lies inside the box of the belief's extent.
+bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
+  const Eigen3 e = eigenSymmetric(withFloor(b.cov, sigma_floor));
+  const Vec3 d = (e.vectors.transpose() * (p - b.mean)).cwiseAbs();
+  return (d.array() < kBoxSigmas * e.values.array().sqrt()).all();
+}
+
+/// A node with at most this share of its neighbour's evidence can be a piece of it.
+constexpr double kFragmentShare = 0.1;
+
+/// Distance between the surfaces of two leaves along the line of their means, each reaching kBoxSigmas from its own.
+double surfaceGap(const Belief& a, const Belief& b) {
+  const Vec3 d = b.mean - a.mean;
+  const double length = d.norm();
+  if (length == 0) {
+    return 0;
+  }
+  const Vec3 u = d / length;
+  return length - kBoxSigmas * (std::sqrt(std::max(u.dot(a.cov * u), 0.0)) + std::sqrt(std::max(u.dot(b.cov * u), 0.0)));
+}
+
+/// True when the surfaces of the nodes' leaves come closer than `radius`: what clustering calls one object within a frame.
+bool touch(const MapNode& a, const MapNode& b, double radius) {
+  const Pose T_a_b = a.T_map_object.inverse() * b.T_map_object;
+  return std::any_of(b.leaves.begin(), b.leaves.end(), [&](const Leaf& leaf_b) {
+    const Belief piece = transform(T_a_b, unpackLeaf(leaf_b));
+    return std::any_of(a.leaves.begin(), a.leaves.end(), [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
+  });
+}
+
+/// One object seen as two: the extents overlap, the smaller one's middle lies inside the larger one, or one is a piece, with
+/// little evidence, that touches the other.
+bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, const Config& config) {
+  const double floor = config.creation.sigma_floor;
+  const bool a_larger = a.belief.cov.trace() >= b.belief.cov.trace();
+  const MapNode &large = a_larger ? a : b, &small = a_larger ? b : a;
+  return boxContains(large.belief, small.belief.mean, floor) ||
+         bhattacharyyaCoefficient(large.belief, small.belief, floor) > config.map.merge_overlap ||
+         (small.belief.kappa < kFragmentShare * large.belief.kappa && touch(large, small, cluster_radius));
+}
+
+/// The state of a node after this frame so far; nullptr when it has been absorbed.
+const MapNode* findCurrent(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id) {
+  const auto held = touched.find(id);
+  if (held != touched.end()) {
+    return &held->second;
+  }
+  const bool gone = std::find(removed.begin(), removed.end(), id) != removed.end();
+  return gone ? nullptr : map.find(id);
+}
+
+/// Another node that is one object with the touched node `id`; 0 when there is none.
+NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id, double cluster_radius,
+                const Config& config) {
+  const MapNode& self = touched.at(id);
+  std::vector<NodeId> others = map.near(self.belief.mean, config.alignment.gate);
+  for (auto it = touched.begin(); it != touched.end() && it->first < 0; ++it) {
+    others.push_back(it->first);
+  }
+  for (const NodeId other : others) {
+    const MapNode* node = other == id ? nullptr : findCurrent(map, touched, removed, other);
+    if (node != nullptr && node->label == self.label && !node->stuff &&
+        (node->belief.mean - self.belief.mean).norm() < config.alignment.gate && areOneObject(self, *node, cluster_radius, config)) {
+      return other;
+    }
+  }
+  return 0;
+}
+
+/// The id that survives a merge: the one already in the map, the older of two.
+NodeId survivor(NodeId a, NodeId b) {
+  return (a > 0) != (b > 0) ? std::max(a, b) : a > 0 ? std::min(a, b) : std::max(a, b);
+}
+
+/// Merges every touched thing with the nodes it is one object with; ids absorbed out of the map go to `removed`.
+void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config, std::vector<NodeId>& removed) {
+  std::vector<NodeId> queue;
+  for (const auto& [id, node] : touched) {
+    if (!node.stuff) {
+      queue.push_back(id);
+    }
+  }
+  for (std::size_t q = 0; q < queue.size(); ++q) {
+    const NodeId id = queue[q];
+    if (!touched.contains(id)) {
+      continue;  // absorbed meanwhile
+    }
+    const ClassInfo* info = classes.find(touched.at(id).label);
+    const NodeId twin = findTwin(map, touched, removed, id, info != nullptr ? info->cluster_radius : 0, config);
+    if (twin == 0) {
+      continue;
+    }
+    const NodeId keep = survivor(id, twin), drop = keep == id ? twin : id;
+    const MapNode absorbed = *findCurrent(map, touched, removed, drop);
+    MapNode& node = touched.try_emplace(keep, *findCurrent(map, touched, removed, keep)).first->second;
+    absorb(node, absorbed, config.map.leaf_size);
+    touched.erase(drop);
+    if (drop > 0) {
+      removed.push_back(drop);
+    }
+    queue.push_back(keep);  // it grew: look again
+  }
+}
+
+}  // namespace
+
+void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions, double leaf_size) {
+  const auto size = static_cast<float>(leaf_size);
+  LeafGrid grid = gridOf(leaves, size);
+  for (const Belief& addition : additions) {
+    addToGrid(grid, packLeaf(transform(T_leaves_additions, addition)), size);
+  }
+  leaves.clear();
+  for (const KeyedLeaf& k : grid) {
+    leaves.push_back(k.leaf);
+  }
+}
+
+void absorb(MapNode& keep, const MapNode& other, double leaf_size) {
+  keep.belief = merge(keep.belief, other.belief);
+  std::vector<Belief> leaves;
+  leaves.reserve(other.leaves.size());
+  for (const Leaf& leaf : other.leaves) {
+    leaves.push_back(unpackLeaf(leaf));
+  }
+  fuseLeaves(keep.leaves, leaves, keep.T_map_object.inverse() * other.T_map_object, leaf_size);
+  keep.views = std::max(keep.views, other.views);
+  keep.first_us = std::min(keep.first_us, other.first_us);
+  keep.last_us = std::max(keep.last_us, other.last_us);
+}
+
+MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
+               const ClassTable& classes, const Config& config) {
+  MapUpdate update;
+  update.pose = {local.utime_us, T_map_body};
+  Touched touched = touchNodes(map, local, T_map_body, pairs, config.map.leaf_size);
+  mergeGhosts(map, touched, classes, config, update.removed);
+  for (auto& [id, node] : touched) {
+    node.id = std::max<NodeId>(id, 0);
+    (id > 0 ? update.changed : update.created).push_back(std::move(node));
+  }
+  // New ids follow the order in which the frame listed the objects; `touched` holds them newest first.
+  std::reverse(update.created.begin(), update.created.end());
+  return update;
+}
+
+}  // namespace hgg

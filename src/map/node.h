@@ -1,0 +1,50 @@
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <vector>
+
+#include "core/belief.h"
+
+namespace hgg {
+
+using NodeId = std::int64_t;
+
+/// Index of a cubic cell of the map frame that bounds one node of a stuff class; cell (0,0,0) is centred on the origin.
+struct Tile {
+  std::int32_t x = 0, y = 0, z = 0;
+  auto operator<=>(const Tile&) const = default;
+};
+
+/// A finer Gaussian of a geometry graph, packed (40 B), in the object frame. cov holds entries 00,11,22,01,02,12.
+struct Leaf {
+  std::array<float, 3> mean{};
+  std::array<float, 6> cov{};
+  float kappa = 0;
+};
+
+Leaf packLeaf(const Belief& belief_object);
+Belief unpackLeaf(const Leaf& leaf);
+
+/// An object node of the map. The object frame T_map_object (origin = mean, axes = eigenvectors of the extent, both at
+/// creation) is a gauge: merges update the belief and leave the frame alone, so no leaf moves because two eigenvalues crossed.
+struct MapNode {
+  NodeId id = 0;
+  ClassId label = 0;
+  bool stuff = false;
+  Tile tile;      // stuff only
+  Belief belief;  // map frame
+  Pose T_map_object = Pose::Identity();
+  std::vector<Leaf> leaves;
+  std::int32_t views = 0;  // frames merged into this node
+  Micros first_us = 0, last_us = 0;
+};
+
+/// Edge of the relative neighbourhood graph with its weight (eq. rel_weights); a < b.
+struct Edge {
+  NodeId a = 0, b = 0;
+  float weight = 0;
+};
+
+}  // namespace hgg

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "map/file.h"
+#include "map/map.h"
+#include "random_geometry.h"
+
+namespace hgg {
+
+/// A map node of a round extent.
+inline MapNode nodeAt(ClassId label, const Vec3& mean, double deviation = 0.5, double kappa = 100) {
+  MapNode node;
+  node.label = label;
+  node.belief = {mean, deviation * deviation * Mat3::Identity(), kappa};
+  node.T_map_object.translation() = mean;
+  node.views = 1;
+  return node;
+}
+
+inline MapNode tileNode(ClassId label, const Tile& tile, const Vec3& mean, double kappa = 100) {
+  MapNode node = nodeAt(label, mean, 2, kappa);
+  node.stuff = true;
+  node.tile = tile;
+  return node;
+}
+
+/// A map of these nodes; ids are 1, 2, ... in their order.
+inline Map mapOf(std::vector<MapNode> nodes) {
+  Map map;
+  MapUpdate update;
+  update.created = std::move(nodes);
+  map.apply(std::move(update));
+  return map;
+}
+
+inline Leaf randomLeaf(std::mt19937& random) { return packLeaf(randomBelief(random, 3)); }
+
+inline MapNode randomNode(std::mt19937& random, double extent) {
+  MapNode node;
+  node.label = static_cast<ClassId>(below(random, 20));
+  node.belief = randomBelief(random, extent);
+  node.T_map_object = randomPose(random, 1);
+  node.T_map_object.translation() = node.belief.mean;
+  node.views = 1 + static_cast<std::int32_t>(below(random, 100));
+  node.first_us = static_cast<Micros>(random());
+  node.last_us = node.first_us + static_cast<Micros>(random());
+  for (std::uint32_t leaves = below(random, 6); leaves > 0; --leaves) {
+    node.leaves.push_back(randomLeaf(random));
+  }
+  return node;
+}
+
+}  // namespace hgg
