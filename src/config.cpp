@@ -1,0 +1,229 @@
+#include "config.h"
+
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "core/text.h"
+
+namespace hgg {
+namespace {
+
+/// Meaning of a key: allowed range (numbers only), unit, one line of text.
+struct KeyDoc {
+  double min = 0, max = 0;
+  const char* unit = "";
+  const char* text = "";
+};
+
+/// The one list of keys. `visit(section, key, member, doc)` is called in the order of the printed file.
+template <typename ConfigType, typename Visitor>
+void visitConfig(ConfigType& c, Visitor&& visit) {
+  visit("", "classes", c.classes, KeyDoc{0, 0, "path", "class table, relative to this file; empty: the built-in SemanticKITTI table"});
+
+  visit("lcm", "url", c.lcm.url, KeyDoc{0, 0, "", "LCM provider; ttl=0 stays on this machine, recv_buf_size must hold two clouds"});
+  visit("lcm", "odometry", c.lcm.odometry, KeyDoc{0, 0, "channel", "in: bot_core.pose_t, T_odom_body"});
+  visit("lcm", "lidar_semantic", c.lcm.lidar_semantic, KeyDoc{0, 0, "channel", "in: bot_core.pointcloud2_t with x, y, z, label"});
+  visit("lcm", "pose_map", c.lcm.pose_map, KeyDoc{0, 0, "channel", "out: bot_core.pose_t, corrected T_map_body"});
+  visit("lcm", "map_odom", c.lcm.map_odom, KeyDoc{0, 0, "channel", "out: bot_core.rigid_transform_t, T_map_odom"});
+  visit("lcm", "map_objects", c.lcm.map_objects, KeyDoc{0, 0, "channel", "out: hgg.graph_update_t"});
+  visit("lcm", "status", c.lcm.status, KeyDoc{0, 0, "channel", "out: hgg.status_t, 1 Hz"});
+
+  visit("frame", "range_min", c.frame.range_min, KeyDoc{0, 100, "m", "nearer points are dropped (the robot itself)"});
+  visit("frame", "range_max", c.frame.range_max, KeyDoc{1, 1000, "m", "farther points are dropped"});
+  visit("frame", "min_confidence", c.frame.min_confidence, KeyDoc{0, 1, "", "points the segmenter trusts less are dropped"});
+  visit("frame", "odometry_wait_ms", c.frame.odometry_wait_ms,
+        KeyDoc{0, 10000, "ms", "how long a cloud waits for odometry of its time before it is dropped"});
+
+  visit("creation", "beam_spacing_deg", c.creation.beam_spacing_deg,
+        KeyDoc{0, 3, "deg", "vertical angle between LiDAR beams; 0 for depth cameras"});
+  visit("creation", "beam_factor", c.creation.beam_factor,
+        KeyDoc{0, 2.5, "", "clusters bridge gaps of this many beam spacings at any range"});
+  visit("creation", "tile_size", c.creation.tile_size, KeyDoc{0.5, 100, "m", "edge of the map tiles that bound stuff nodes"});
+  visit("creation", "leaf_points", c.creation.leaf_points, KeyDoc{1, 100000, "points", "most points in a leaf of a frame's geometry graph"});
+  visit("creation", "leaf_gap", c.creation.leaf_gap, KeyDoc{0.02, 100, "m", "no leaf bridges a wider gap (grows with range like clusters do)"});
+  visit("creation", "edge_geometry_share", c.creation.edge_geometry_share,
+        KeyDoc{0, 1, "", "c of the edge weight: geometry against class agreement"});
+  visit("creation", "sigma_floor", c.creation.sigma_floor, KeyDoc{0.0001, 1, "m", "sensor noise; floor under flat extents"});
+
+  visit("alignment", "gate", c.alignment.gate, KeyDoc{0.05, 100, "m", "pairs costlier than this stay unmatched"});
+  visit("alignment", "geometry_share", c.alignment.geometry_share,
+        KeyDoc{0, 1, "", "alpha_c of the pair cost: Wasserstein distance against neighbour histogram"});
+
+  visit("map", "leaf_size", c.map.leaf_size, KeyDoc{0.02, 10, "m", "leaves closer than this merge"});
+  visit("map", "merge_overlap", c.map.merge_overlap,
+        KeyDoc{0.01, 1, "", "same-class things whose extents overlap more (Bhattacharyya coefficient) are one object"});
+  visit("map", "active_radius", c.map.active_radius, KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
+}
+
+std::string dotted(const char* section, const char* key) { return *section == '\0' ? key : fmt::format("{}.{}", section, key); }
+
+/// Takes values out of a parsed file, collecting every complaint.
+class Reader {
+ public:
+  Reader(const toml::table& table, const std::string& source) : table_(table), source_(source) {}
+
+  template <typename T>
+  void operator()(const char* section, const char* key, T& member, const KeyDoc& doc) {
+    const std::string name = dotted(section, key);
+    known_.insert(name);
+    if (*section != '\0') {
+      sections_.insert(section);
+    }
+    const toml::node* node = table_.at_path(name).node();
+    if (node == nullptr) {
+      return;
+    }
+    if (!take(*node, member)) {
+      complain(*node, fmt::format("'{}' must be {}", name, typeName<T>()));
+      return;
+    }
+    if constexpr (std::is_arithmetic_v<T>) {
+      const auto value = static_cast<double>(member);
+      if (!(value >= doc.min && value <= doc.max)) {
+        complain(*node, fmt::format("'{}' = {} is outside {} .. {} {}", name, value, doc.min, doc.max, doc.unit));
+      }
+    } else if (member.empty() && name != "classes") {
+      complain(*node, fmt::format("'{}' must not be empty", name));
+    }
+  }
+
+  /// Complaints, unknown keys included, in the order of the lines.
+  std::vector<std::string> finish() {
+    rejectUnknown(table_, "");
+    std::stable_sort(errors_.begin(), errors_.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::string> lines;
+    for (const auto& [line, text] : errors_) {
+      lines.push_back(fmt::format("{}:{}: {}", source_, line, text));
+    }
+    return lines;
+  }
+
+  void complain(const toml::node& node, std::string text) { errors_.emplace_back(node.source().begin.line, std::move(text)); }
+
+ private:
+  template <typename T>
+  static const char* typeName() {
+    return std::is_same_v<T, std::string> ? "a string" : std::is_same_v<T, int> ? "an integer" : "a number";
+  }
+
+  template <typename T>
+  static bool take(const toml::node& node, T& member) {
+    if constexpr (std::is_same_v<T, int>) {
+      const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+      member = value ? static_cast<int>(std::clamp<std::int64_t>(*value, INT32_MIN, INT32_MAX)) : member;
+      return value.has_value();
+    } else {
+      const auto value = node.is_boolean() ? std::nullopt : node.value<T>();
+      member = value.value_or(member);
+      return value.has_value();
+    }
+  }
+
+  void rejectUnknown(const toml::table& table, const std::string& section) {
+    for (const auto& [key, node] : table) {
+      const std::string name = dotted(section.c_str(), std::string(key.str()).c_str());
+      const toml::table* inner = node.as_table();
+      if (section.empty() && sections_.contains(name)) {
+        inner != nullptr ? rejectUnknown(*inner, name) : complain(node, fmt::format("'{}' must be a section, [{}]", name, name));
+      } else if (!known_.contains(name) || key.str().find('.') != std::string_view::npos) {
+        complain(node, fmt::format("unknown key '{}' (hggmap run --print-config shows all)", name));
+      }
+    }
+  }
+
+  const toml::table& table_;
+  const std::string& source_;
+  std::set<std::string> known_, sections_;
+  std::vector<std::pair<toml::source_index, std::string>> errors_;
+};
+
+/// Checks that need more than one key.
+std::vector<std::string> crossCheck(const Config& c) {
+  std::vector<std::string> errors;
+  if (c.frame.range_min >= c.frame.range_max) {
+    errors.emplace_back("'frame.range_min' must be below 'frame.range_max'");
+  }
+  if (c.creation.beam_factor * c.creation.beam_spacing_deg > 8) {
+    errors.emplace_back("'creation.beam_factor' * 'creation.beam_spacing_deg' must be at most 8 deg");
+  }
+  return errors;
+}
+
+/// A TOML basic string.
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
+      out += fmt::format("\\u{:04X}", c);
+    } else {
+      out += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
+    }
+  }
+  return out + "\"";
+}
+
+}  // namespace
+
+Result<Config> parseConfig(const std::string& toml_text, const std::string& source_name) {
+  const toml::parse_result parsed = toml::parse(toml_text, source_name);
+  if (!parsed) {
+    return Result<Config>::fail(fmt::format("{}:{}: {}", source_name, parsed.error().source().begin.line, parsed.error().description()));
+  }
+  Config config;
+  Reader reader(parsed.table(), source_name);
+  visitConfig(config, reader);
+  std::vector<std::string> errors = reader.finish();
+  for (const std::string& e : crossCheck(config)) {
+    errors.push_back(source_name + ": " + e);
+  }
+  return errors.empty() ? Result<Config>::ok(config) : Result<Config>::fail(join(errors, "\n"));
+}
+
+Result<LoadedConfig> loadConfig(const std::string& path) {
+  if (path.empty()) {
+    return Result<LoadedConfig>::ok({Config{}, ClassTable::builtin()});
+  }
+  const std::optional<std::string> text = readTextFile(path);
+  if (!text) {
+    return Result<LoadedConfig>::fail(fmt::format("{}: cannot read the config file", path));
+  }
+  Result<Config> config = parseConfig(*text, path);
+  if (!config) {
+    return Result<LoadedConfig>::fail(config.error);
+  }
+  if (config->classes.empty()) {
+    return Result<LoadedConfig>::ok({*config, ClassTable::builtin()});
+  }
+  Result<ClassTable> classes = ClassTable::load((std::filesystem::path(path).parent_path() / config->classes).string());
+  return classes ? Result<LoadedConfig>::ok({*config, *classes}) : Result<LoadedConfig>::fail(classes.error);
+}
+
+std::string printConfig(const Config& config) {
+  std::string out, current;
+  visitConfig(config, [&](const char* section, const char* key, const auto& member, const KeyDoc& doc) {
+    using T = std::decay_t<decltype(member)>;
+    if (current != section) {
+      current = section;
+      out += fmt::format("\n[{}]\n", section);
+    }
+    std::string value, about = doc.text;
+    if constexpr (std::is_same_v<T, std::string>) {
+      value = quoted(member);
+    } else {
+      value = fmt::format("{}", member);
+      about += fmt::format("; {} .. {}", doc.min, doc.max);
+      if (std::is_floating_point_v<T> && value.find_first_of(".e") == std::string::npos) {
+        value += ".0";
+      }
+    }
+    out += fmt::format("{} = {}  # {}{}\n", key, value, *doc.unit == '\0' ? "" : fmt::format("[{}] ", doc.unit), about);
+  });
+  return out;
+}
+
+}  // namespace hgg

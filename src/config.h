@@ -1,0 +1,72 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/classes.h"
+#include "core/result.h"
+
+namespace hgg {
+
+struct LcmConfig {
+  std::string url = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+  std::string odometry = "POSE_ODOM";
+  std::string lidar_semantic = "LIDAR_SEMANTIC";
+  std::string pose_map = "POSE_MAP";
+  std::string map_odom = "MAP_ODOM";
+  std::string map_objects = "MAP_OBJECTS";
+  std::string status = "HGG_STATUS";
+};
+
+struct FrameConfig {
+  double range_min = 1.0;
+  double range_max = 80.0;
+  double min_confidence = 0.0;
+  double odometry_wait_ms = 200.0;
+};
+
+struct CreationConfig {
+  double beam_spacing_deg = 0.45;
+  double beam_factor = 2.0;
+  double tile_size = 10.0;
+  int leaf_points = 64;
+  double leaf_gap = 2.0;
+  double edge_geometry_share = 0.5;
+  double sigma_floor = 0.01;
+};
+
+struct AlignmentConfig {
+  double gate = 3.0;
+  double geometry_share = 0.9;
+};
+
+struct MapConfig {
+  double leaf_size = 0.4;
+  double merge_overlap = 0.5;
+  double active_radius = 100.0;
+};
+
+/// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the checks
+/// and --print-config all take them from.
+struct Config {
+  std::string classes;  // path, relative to the config file; empty: the built-in SemanticKITTI table
+  LcmConfig lcm;
+  FrameConfig frame;
+  CreationConfig creation;
+  AlignmentConfig alignment;
+  MapConfig map;
+};
+
+struct LoadedConfig {
+  Config config;
+  ClassTable classes;
+};
+
+/// Reads and checks a config and the class table it names; an empty path gives the defaults. The error lists every unknown key
+/// and bad value at once, one a line.
+Result<LoadedConfig> loadConfig(const std::string& path);
+Result<Config> parseConfig(const std::string& toml_text, const std::string& source_name);
+/// The effective config as a commented TOML file.
+std::string printConfig(const Config& config);
+
+}  // namespace hgg

@@ -1,0 +1,236 @@
+// hggmap: subcommands only. Exit 0 = done, 1 = the answer is no, 2 = bad input or usage.
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <csignal>
+#include <fstream>
+#include <functional>
+#include <map>
+
+#include "map/export.h"
+#include "map/file.h"
+#include "mapper.h"
+#include "output.h"
+#include "progress_bar.h"
+#include "replay.h"
+#include "run.h"
+
+namespace hgg {
+namespace {
+
+constexpr int kDone = 0, kBadInput = 2;
+
+std::atomic<bool> g_stop{false};  // a signal handler can reach nothing else
+
+/// First Ctrl-C ends the work and keeps what there is; a second one kills.
+void stopOnSignals() {
+  const auto handler = [](int signal) {
+    g_stop = true;
+    std::signal(signal, SIG_DFL);
+  };
+  std::signal(SIGINT, handler);
+  std::signal(SIGTERM, handler);
+}
+
+int fail(const std::string& error) {
+  fmt::print(stderr, "hggmap: {}\n", error);
+  return kBadInput;
+}
+
+struct Options {
+  std::string config, lcm_url, log, map, out, format;
+  std::string run_directory = "out/run", replay_directory = "out/replay";
+  bool print_config = false;
+};
+
+RunCounters countersOf(const PipelineCounts& c) {
+  return {c.frames, c.drops.busy, c.drops.odometry, c.drops.invalid, c.unknown_labels, c.nonfinite_points};
+}
+
+void summarise(const Mapper& mapper, const PipelineCounts& counts, const OutputDirectory& out) {
+  const RunCounters c = countersOf(counts);
+  fmt::print("{} frames, {} dropped (busy {}, no odometry {}, invalid {})\n", c.frames, c.dropped_busy + c.dropped_odometry + c.dropped_invalid,
+             c.dropped_busy, c.dropped_odometry, c.dropped_invalid);
+  for (const auto& [reason, messages] : counts.decode_errors) {
+    fmt::print("  {} messages unreadable: {}\n", messages, reason);
+  }
+  if (c.unknown_labels > 0) {
+    fmt::print("  {} points had labels outside the class table and were ignored\n", c.unknown_labels);
+  }
+  fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().nodes().size(), mapper.map().leafCount(), mapper.map().megabytes(),
+             out.path("map.hgg"));
+}
+
+int replay(const Options& o) {
+  Result<LoadedConfig> loaded = loadConfig(o.config);
+  if (!loaded) {
+    return fail(loaded.error);
+  }
+  Result<OutputDirectory> out = OutputDirectory::open(o.replay_directory);
+  if (!out) {
+    return fail(out.error);
+  }
+  Mapper mapper(loaded->config, loaded->classes);
+  const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) { out->add(report, timing, mapper.map()); };
+  ProgressBar bar("replay");
+  const auto on_progress = [&](double share, std::int64_t frames) { bar.show(share, fmt::format("{} frames", frames)); };
+  const Result<ReplayReport> report = replayLog(o.log, mapper, on_frame, on_progress, g_stop);
+  bar.finish();
+  if (!report) {
+    return fail(report.error);
+  }
+  if (const std::string error = out->finish(mapper, countersOf(report->counts)); !error.empty()) {
+    return fail(error);
+  }
+  summarise(mapper, report->counts, *out);
+  if (report->stopped) {
+    fmt::print("stopped before the end of the log; what was read is kept\n");
+  }
+  return kDone;
+}
+
+int run(const Options& o) {
+  Result<LoadedConfig> loaded = loadConfig(o.config);
+  if (!loaded) {
+    return fail(loaded.error);
+  }
+  Config& config = loaded->config;
+  if (!o.lcm_url.empty()) {
+    config.lcm.url = o.lcm_url;
+  }
+  if (o.print_config) {
+    fmt::print("{}", printConfig(config));
+    return kDone;
+  }
+  Map map;
+  if (!o.map.empty()) {
+    Result<StoredMap> stored = loadMap(o.map);
+    if (!stored) {
+      return fail(stored.error);
+    }
+    map = std::move(stored->map);
+  }
+  Result<OutputDirectory> out = OutputDirectory::open(o.run_directory);
+  if (!out) {
+    return fail(out.error);
+  }
+  Mapper mapper(config, loaded->classes, std::move(map));
+  const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) { out->add(report, timing, mapper.map()); };
+  const Result<PipelineCounts> counts = runLive(config, mapper, g_stop, on_frame);
+  if (!counts) {
+    return fail(counts.error);
+  }
+  if (const std::string error = out->finish(mapper, countersOf(*counts)); !error.empty()) {
+    return fail(error);
+  }
+  summarise(mapper, *counts, *out);
+  return kDone;
+}
+
+int exportMap(const Options& o) {
+  const Result<StoredMap> stored = loadMap(o.map);
+  if (!stored) {
+    return fail(stored.error);
+  }
+  std::ofstream file(o.out, std::ios::binary | std::ios::trunc);
+  if (!(file << (o.format == "ply" ? exportPly(*stored) : exportJson(*stored))) || !file.flush()) {
+    return fail(fmt::format("{}: cannot write the export", o.out));
+  }
+  return kDone;
+}
+
+int info(const Options& o) {
+  const Result<StoredMap> stored = loadMap(o.map);
+  if (!stored) {
+    return fail(stored.error);
+  }
+  const Map& map = stored->map;
+  struct Row {
+    std::size_t nodes = 0, leaves = 0;
+    double kappa = 0;
+    bool stuff = false;
+  };
+  std::map<ClassId, Row> rows;
+  Eigen::AlignedBox3d box;
+  for (const auto& [id, node] : map.nodes()) {
+    Row& row = rows[node.label];
+    ++row.nodes, row.leaves += node.leaves.size(), row.kappa += node.belief.kappa, row.stuff = node.stuff;
+    box.extend(node.belief.mean);
+  }
+  fmt::print("{}: {} objects, {} leaves, {} edges, {} keyframes, revision {}, {:.1f} MB in memory\n", o.map, map.nodes().size(), map.leafCount(),
+             stored->edges.size(), map.keyframes().size(), map.revision(), map.megabytes());
+  if (!map.keyframes().empty()) {
+    fmt::print("time  {:.3f} .. {:.3f} s\n", static_cast<double>(map.keyframes().front().utime_us) * 1e-6,
+               static_cast<double>(map.keyframes().back().utime_us) * 1e-6);
+  }
+  if (!box.isEmpty()) {
+    fmt::print("means x {:.1f} .. {:.1f}, y {:.1f} .. {:.1f}, z {:.1f} .. {:.1f} m\n", box.min().x(), box.max().x(), box.min().y(), box.max().y(),
+               box.min().z(), box.max().z());
+  }
+  fmt::print("{:>6}  {:<20} {:<6} {:>8} {:>8} {:>12}\n", "label", "class", "kind", "nodes", "leaves", "points");
+  for (const auto& [label, row] : rows) {
+    const auto name = map.classNames().find(label);
+    fmt::print("{:>6}  {:<20} {:<6} {:>8} {:>8} {:>12.0f}\n", label, name != map.classNames().end() ? name->second : "?", row.stuff ? "stuff" : "thing",
+               row.nodes, row.leaves, row.kappa);
+  }
+  return kDone;
+}
+
+/// Defines the command line; `action` is set to the chosen subcommand's function.
+void defineCommands(CLI::App& app, Options& o, std::function<int()>& action) {
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "hggmap 0.1.0");
+  app.footer("Exit status: 0 done, 1 the answer is no, 2 bad input or usage.");
+
+  CLI::App* live = app.add_subcommand("run", "Map live from LCM until Ctrl-C, then save");
+  live->add_option("--config", o.config, "TOML config (default: built-in, see --print-config)");
+  live->add_option("--lcm-url", o.lcm_url, "LCM provider, overrides lcm.url of the config");
+  live->add_option("--map", o.map, "map.hgg to go on from");
+  live->add_option("--out", o.run_directory, "directory for map.hgg, trajectory.tum, stats.json")->capture_default_str();
+  live->add_flag("--print-config", o.print_config, "print the effective config with every key explained, and exit");
+  live->footer("Example:\n  hggmap run --config firmware_cfg/semantickitti/hggmap.toml --out maps/today");
+  live->callback([&] { action = [&] { return run(o); }; });
+
+  CLI::App* offline = app.add_subcommand("replay", "Map an LCM log, deterministically and as fast as it goes");
+  offline->add_option("LOG", o.log, "LCM event log (lcm-logger, hgg-convert, hgg-sim)")->required();
+  offline->add_option("--config", o.config, "TOML config (default: built-in)");
+  offline->add_option("--out", o.replay_directory, "directory for map.hgg, trajectory.tum, stats.json")->capture_default_str();
+  offline->footer("Example:\n  hggmap replay drive.lcm --out maps/drive && hggmap info maps/drive/map.hgg");
+  offline->callback([&] { action = [&] { return replay(o); }; });
+
+  CLI::App* exporter = app.add_subcommand("export", "Write a map in another format");
+  exporter->add_option("MAP", o.map, "map.hgg")->required();
+  exporter->add_option("--format", o.format, "json: graph with geometry; ply: one vertex a leaf Gaussian")
+      ->required()
+      ->check(CLI::IsMember({"json", "ply"}));
+  exporter->add_option("-o,--output", o.out, "file to write")->required();
+  exporter->footer("Example:\n  hggmap export maps/drive/map.hgg --format json -o drive.json");
+  exporter->callback([&] { action = [&] { return exportMap(o); }; });
+
+  CLI::App* describe = app.add_subcommand("info", "Say what is in a map");
+  describe->add_option("MAP", o.map, "map.hgg")->required();
+  describe->footer("Example:\n  hggmap info maps/drive/map.hgg");
+  describe->callback([&] { action = [&] { return info(o); }; });
+}
+
+}  // namespace
+}  // namespace hgg
+
+int main(int argc, char** argv) {
+  hgg::stopOnSignals();
+  spdlog::set_default_logger(spdlog::stderr_color_mt("hggmap"));
+  spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
+  CLI::App app("hggmap: LiDAR and odometry in, a probabilistic scene graph out", "hggmap");
+  hgg::Options options;
+  std::function<int()> action;
+  hgg::defineCommands(app, options, action);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? hgg::kDone : hgg::kBadInput;
+  }
+  return action();
+}

@@ -1,0 +1,107 @@
+#include "mapper.h"
+
+#include <algorithm>
+#include <chrono>
+#include <optional>
+
+#include "alignment/align.h"
+#include "creation/object_graph.h"
+#include "map/fuse.h"
+
+namespace hgg {
+namespace {
+
+/// Times consecutive stages of a step.
+class StageClock {
+ public:
+  explicit StageClock(std::vector<std::pair<std::string, double>>& stage_ms) : stage_ms_(stage_ms) {}
+  void lap(const char* stage) {
+    const auto now = std::chrono::steady_clock::now();
+    stage_ms_.emplace_back(stage, std::chrono::duration<double, std::milli>(now - last_).count());
+    last_ = now;
+  }
+
+ private:
+  std::vector<std::pair<std::string, double>>& stage_ms_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::map<ClassId, std::string> namesOf(const ClassTable& classes) {
+  std::map<ClassId, std::string> names;
+  for (const ClassInfo& info : classes.classes()) {
+    names[info.id] = info.name;
+  }
+  return names;
+}
+
+std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, const CreationConfig& config) {
+  std::vector<GraphNode> nodes;
+  nodes.reserve(ids.size());
+  for (const NodeId id : ids) {
+    const MapNode* node = map.find(id);
+    nodes.push_back({node->label, &node->belief});
+  }
+  std::vector<Edge> edges;
+  for (const LocalEdge& e : connectObjects(nodes, config)) {
+    edges.push_back({ids[static_cast<std::size_t>(e.a)], ids[static_cast<std::size_t>(e.b)], static_cast<float>(e.weight)});
+  }
+  return edges;
+}
+
+}  // namespace
+
+Mapper::Mapper(Config config, ClassTable classes, Map map)
+    : config_(std::move(config)), classes_(std::move(classes)), map_(std::move(map)) {
+  map_.setClassNames(namesOf(classes_));
+}
+
+StepReport Mapper::step(const Frame& frame) {
+  StepReport report;
+  StageClock clock(report.stage_ms);
+  const Pose T_map_body_predicted = T_map_odom_ * frame.T_odom_body;
+
+  const LocalGraph local = createLocalGraph(frame, T_map_body_predicted, classes_, config_);
+  clock.lap("creation");
+  const Alignment alignment = align(local, map_, T_map_body_predicted, config_);
+  clock.lap("alignment");
+  report.delta = map_.apply(fuse(map_, local, alignment.T_map_body, alignment.pairs, classes_, config_));
+  clock.lap("update");
+
+  T_map_odom_ = alignment.T_map_body * frame.T_odom_body.inverse();
+  report.utime_us = frame.utime_us;
+  report.T_map_body = alignment.T_map_body;
+  report.T_map_odom = T_map_odom_;
+  report.points = local.points;
+  report.unknown_labels = local.unknown_labels;
+  report.nonfinite_points = local.nonfinite_points;
+  return report;
+}
+
+std::vector<Edge> Mapper::edges() const {
+  std::vector<NodeId> ids;
+  for (const auto& [id, node] : map_.nodes()) {
+    ids.push_back(id);
+  }
+  return edgesAmong(map_, ids, config_.creation);
+}
+
+std::vector<Edge> Mapper::edgesOf(const std::vector<NodeId>& ids) const {
+  if (ids.empty()) {
+    return {};
+  }
+  Vec3 centre = Vec3::Zero();
+  for (const NodeId id : ids) {
+    centre += map_.find(id)->belief.mean / static_cast<double>(ids.size());
+  }
+  double reach = 0;
+  for (const NodeId id : ids) {
+    reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
+  }
+  std::vector<Edge> edges = edgesAmong(map_, map_.near(centre, reach + config_.creation.tile_size), config_.creation);
+  std::erase_if(edges, [&](const Edge& e) {
+    return !std::binary_search(ids.begin(), ids.end(), e.a) && !std::binary_search(ids.begin(), ids.end(), e.b);
+  });
+  return edges;
+}
+
+}  // namespace hgg

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "config.h"
+#include "frame/frame.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// What one step did and cost.
+struct StepReport {
+  Micros utime_us = 0;
+  Pose T_map_body = Pose::Identity();
+  Pose T_map_odom = Pose::Identity();
+  MapDelta delta;
+  std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
+  std::size_t points = 0;                                // kept points
+  std::size_t unknown_labels = 0;                        // points with a label outside the class table
+  std::size_t nonfinite_points = 0;
+};
+
+/// The paper's system figure: frame -> creation -> alignment -> map update (-> correction).
+class Mapper {
+ public:
+  Mapper(Config config, ClassTable classes, Map map = {});
+
+  StepReport step(const Frame& frame);
+
+  const Map& map() const { return map_; }
+  const Config& config() const { return config_; }
+  const ClassTable& classes() const { return classes_; }
+  /// The map's relative neighbourhood graph, weighted (eq. rel_weights).
+  std::vector<Edge> edges() const;
+  /// Edges of that graph with an end among `ids` (ascending).
+  std::vector<Edge> edgesOf(const std::vector<NodeId>& ids) const;
+
+ private:
+  Config config_;
+  ClassTable classes_;
+  Map map_;
+  Pose T_map_odom_ = Pose::Identity();
+};
+
+}  // namespace hgg

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <atomic>
+
+#include "config.h"
+#include "core/result.h"
+#include "mapper.h"
+#include "pipeline.h"
+
+namespace hgg {
+
+/// Maps what comes in over LCM and publishes the results until `stop` is raised. A busy mapper takes the newest cloud
+/// and counts the others as dropped. Logs one line a second; fails when the LCM url cannot be opened.
+Result<PipelineCounts> runLive(const Config& config, Mapper& mapper, const std::atomic<bool>& stop,
+                               const OnFrame& on_frame);
+
+}  // namespace hgg

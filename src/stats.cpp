@@ -1,0 +1,108 @@
+#include "stats.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace hgg {
+namespace {
+
+constexpr double kBinGrowth = 1.005;
+constexpr double kSmallest = 1e-3;  // values below share the first bin
+constexpr std::size_t kMemorySamples = 200;
+
+double peakResidentMegabytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+nlohmann::ordered_json summary(const Distribution& d) {
+  const auto rounded = [](double ms) { return std::round(ms * 1000) / 1000; };
+  return {{"p50", rounded(d.quantile(0.5))},
+          {"p90", rounded(d.quantile(0.9))},
+          {"p99", rounded(d.quantile(0.99))},
+          {"max", rounded(d.max())},
+          {"mean", rounded(d.mean())}};
+}
+
+}  // namespace
+
+void Distribution::add(double value) {
+  const double steps = std::log(std::max(value, kSmallest) / kSmallest) / std::log(kBinGrowth);
+  const auto bin = static_cast<std::size_t>(steps);
+  bins_.resize(std::max(bins_.size(), bin + 1));
+  ++bins_[bin];
+  ++count_;
+  sum_ += value;
+  max_ = std::max(max_, value);
+}
+
+double Distribution::quantile(double q) const {
+  const double wanted = q * static_cast<double>(count_);
+  double below = 0;
+  for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+    below += bins_[bin];
+    if (bins_[bin] > 0 && below >= wanted) {
+      return std::min(max_, kSmallest * std::pow(kBinGrowth, static_cast<double>(bin) + 0.5));
+    }
+  }
+  return max_;
+}
+
+void RunStats::add(const FrameTiming& timing, double map_mb) {
+  frame_ms_.add(timing.frame_ms);
+  for (const auto& [name, ms] : timing.stage_ms) {
+    stage_ms_[name].add(ms);
+  }
+  if (frames_++ % sample_every_ != 0) {
+    return;
+  }
+  memory_.push_back({frames_, map_mb, residentMegabytes()});
+  if (memory_.size() >= kMemorySamples) {  // thin out to every second sample
+    for (std::size_t k = 0; 2 * k < memory_.size(); ++k) {
+      memory_[k] = memory_[2 * k];
+    }
+    memory_.resize((memory_.size() + 1) / 2);
+    sample_every_ *= 2;
+  }
+}
+
+std::string RunStats::json(const RunCounters& c, const Map& map) const {
+  nlohmann::ordered_json j;
+  j["frames"] = c.frames;
+  j["dropped"] = c.dropped_busy + c.dropped_odometry + c.dropped_invalid;
+  j["dropped_by_reason"] = {{"busy", c.dropped_busy}, {"odometry", c.dropped_odometry}, {"invalid", c.dropped_invalid}};
+  j["unknown_labels"] = c.unknown_labels;
+  j["nonfinite_points"] = c.nonfinite_points;
+  j["frame_ms"] = summary(frame_ms_);
+  j["stage_ms"] = nlohmann::ordered_json::object();
+  for (const auto& [name, distribution] : stage_ms_) {
+    j["stage_ms"][name] = summary(distribution);
+  }
+  j["peak_rss_mb"] = std::round(peakResidentMegabytes() * 10) / 10;
+  j["map_mb"] = std::round(map.megabytes() * 1000) / 1000;
+  j["objects"] = map.nodes().size();
+  j["leaves"] = map.leafCount();
+  j["keyframes"] = map.keyframes().size();
+  j["loops_accepted"] = 0;
+  j["loops_rejected"] = 0;
+  j["memory"] = nlohmann::ordered_json::array();
+  for (const MemorySample& m : memory_) {
+    j["memory"].push_back({{"frame", m.frame}, {"map_mb", std::round(m.map_mb * 1000) / 1000}, {"rss_mb", std::round(m.rss_mb * 10) / 10}});
+  }
+  return j.dump(1) + "\n";
+}
+
+double residentMegabytes() {
+  std::ifstream statm("/proc/self/statm");
+  double total_pages = 0, resident_pages = 0;
+  statm >> total_pages >> resident_pages;
+  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+}  // namespace hgg

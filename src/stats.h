@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "map/map.h"
+
+namespace hgg {
+
+/// What one frame cost, decode included.
+struct FrameTiming {
+  double frame_ms = 0;
+  std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
+};
+
+/// Quantiles of a stream of positive values in constant memory: logarithmic bins, 0.5 % wide, so quantiles are right to 0.25 %.
+class Distribution {
+ public:
+  void add(double value);
+  /// 0 when empty.
+  double quantile(double q) const;
+  double mean() const { return count_ > 0 ? sum_ / static_cast<double>(count_) : 0; }
+  double max() const { return max_; }
+
+ private:
+  std::vector<std::uint32_t> bins_;
+  std::uint64_t count_ = 0;
+  double sum_ = 0, max_ = 0;
+};
+
+/// Counters of a run, as stats.json shows them.
+struct RunCounters {
+  std::int64_t frames = 0;
+  std::int64_t dropped_busy = 0, dropped_odometry = 0, dropped_invalid = 0;
+  std::int64_t unknown_labels = 0, nonfinite_points = 0;
+};
+
+/// Accumulates the cost of a run over its frames.
+class RunStats {
+ public:
+  void add(const FrameTiming& timing, double map_mb);
+  /// stats.json (keys in docs/operations.md). The memory curve has at most 200 points.
+  std::string json(const RunCounters& counters, const Map& map) const;
+
+ private:
+  struct MemorySample {
+    std::int64_t frame = 0;
+    double map_mb = 0, rss_mb = 0;
+  };
+
+  Distribution frame_ms_;
+  std::map<std::string, Distribution> stage_ms_;
+  std::vector<MemorySample> memory_;
+  std::int64_t frames_ = 0, sample_every_ = 1;
+};
+
+/// Resident set of this process now, MB; 0 where /proc does not tell.
+double residentMegabytes();
+
+}  // namespace hgg

@@ -1,0 +1,78 @@
+#!/bin/bash
+# Maps the real drive kitti_0001 and holds the result against its annotated parked cars: recall, position error, and the same
+# bytes from the same log. Once with the true poses (scored in the raw map frame), once with a real front-end's odometry
+# (scored after laying the trajectories over each other).
+# usage: tests/kitti_test.sh [BUILD_DIR] [OUT_DIR]     Data: $HGG_DATA, else ../shared/data beside the repository.
+# Exit: 0 passed or skipped, 1 a number is out of bounds, 2 a command failed.
+set -u
+repo=$(cd "$(dirname "$0")/.." && pwd)
+build=${1:-$repo/build}
+data=${HGG_DATA:-$repo/../shared/data}
+radius=1.5 min_recall=0.9 max_error=0.5
+
+if [ ! -d "$data/kitti_0001" ]; then
+  echo "skipped: no kitti_0001 in $data (HGG_DATA names another folder)"
+  exit 0
+fi
+if [ $# -ge 2 ]; then
+  out=$2
+else
+  out=$(mktemp -d)
+  trap 'rm -rf "$out"' EXIT
+fi
+mkdir -p "$out" || exit 2
+
+run() { "$@" || { echo "failed: $*" >&2; exit 2; }; }
+replay() { run "$build/hggmap" replay "$1" --config "$repo/firmware_cfg/semantickitti/hggmap.toml" --out "$2"; }
+evaluate() { run "$build/hgg-eval" --truth "$out/truth" --class car --radius "$radius" "$@"; }
+
+# check JSON: bounds on recall and mean position error.
+check() {
+  python3 - "$1" "$min_recall" "$max_error" <<'EOF'
+import json, sys
+score, min_recall, max_error = json.load(open(sys.argv[1]))["overall"], float(sys.argv[2]), float(sys.argv[3])
+error = score["position_error"]["mean"]
+good = score["recall"] >= min_recall and error is not None and error <= max_error
+print(f"{'ok' if good else 'FAILED'}: recall {score['recall']} (at least {min_recall}), mean error {error} m (at most {max_error})")
+sys.exit(0 if good else 1)
+EOF
+}
+
+frame_times() {
+  python3 - "$1" <<'EOF'
+import json, sys
+stats = json.load(open(sys.argv[1]))
+print(f"frame_ms p50 {stats['frame_ms']['p50']} p99 {stats['frame_ms']['p99']}, {stats['frames']} frames, {stats['dropped']} dropped")
+EOF
+}
+
+run python3 "$data/unpack.py" "$data/kitti_0001" "$out/kitti"
+run "$build/hgg-convert" semantickitti "$out/kitti" -o "$out/true.lcm" --poses "$out/kitti/poses.txt"
+run "$build/hgg-convert" semantickitti "$out/kitti" -o "$out/odometry.lcm"
+run "$build/hgg-convert" kitti-truth "$out/kitti" -o "$out/truth" --boxes "$data/kitti_0001/boxes.csv"
+
+failed=0
+echo "== true poses, raw map frame"
+replay "$out/true.lcm" "$out/true"
+evaluate --map "$out/true/map.hgg"
+evaluate --map "$out/true/map.hgg" --json > "$out/true.json"
+check "$out/true.json" || failed=1
+frame_times "$out/true/stats.json"
+
+echo "== the same log again"
+replay "$out/true.lcm" "$out/again"
+if cmp "$out/true/map.hgg" "$out/again/map.hgg"; then
+  echo "ok: byte-identical map.hgg"
+else
+  echo "FAILED: two replays of one log gave different maps"
+  failed=1
+fi
+
+echo "== odometry of a real front-end, laid over the true trajectory"
+aligned=(--map "$out/odometry/map.hgg" --trajectory "$out/odometry/trajectory.tum" --times "$out/kitti/times.txt")
+replay "$out/odometry.lcm" "$out/odometry"
+evaluate "${aligned[@]}"
+evaluate "${aligned[@]}" --json > "$out/odometry.json"
+check "$out/odometry.json" || failed=1
+frame_times "$out/odometry/stats.json"
+exit $failed
