@@ -1,0 +1,65 @@
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+
+#include "tools/scratch.h"
+
+namespace hgg {
+namespace {
+
+struct Outcome {
+  int exit_code;
+  std::string output, errors;
+};
+
+Outcome runCommand(const Scratch& scratch, const std::string& command) {
+  const auto errors = scratch / "stderr";
+  std::FILE* pipe = popen((HGG_BINARY_DIR "/" + command + " 2>" + errors.string()).c_str(), "r");
+  std::string output;
+  std::array<char, 4096> buffer{};
+  while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
+    output.append(buffer.data(), n);
+  }
+  return {WEXITSTATUS(pclose(pipe)), output, readText(errors)};
+}
+
+TEST(Commands, HelpShowsAnExample) {
+  const Scratch scratch;
+  for (const char* command :
+       {"hgg-convert", "hgg-convert semantickitti", "hgg-convert kitti-truth", "hgg-sim", "hgg-eval"}) {
+    const Outcome help = runCommand(scratch, std::string(command) + " --help");
+    EXPECT_EQ(help.exit_code, 0) << command;
+    EXPECT_NE(help.output.find("Example"), std::string::npos) << command;
+  }
+}
+
+TEST(Commands, BadUsageAndBadInputAreOneLineAndExit2) {
+  const Scratch scratch;
+  for (const char* command : {"hgg-convert", "hgg-convert semantickitti", "hgg-convert semantickitti /nonexistent -o x",
+                              "hgg-sim", "hgg-sim atlantis -o x --truth y", "hgg-sim yard -o /nonexistent/x --truth y",
+                              "hgg-eval", "hgg-eval --truth x", "hgg-eval --truth x --map /nonexistent.hgg",
+                              "hgg-eval --truth x --map a --graph b", "hgg-eval --truth x --map a --radius -1"}) {
+    const Outcome outcome = runCommand(scratch, command);
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << command << ": " << outcome.errors;
+  }
+}
+
+TEST(Commands, SimulatedTruthIsReadableByTheEvaluator) {
+  const Scratch scratch;
+  const std::string truth = (scratch / "truth").string();
+  ASSERT_EQ(
+      runCommand(scratch, "hgg-sim yard --frames 1 --beams 8 -o " + (scratch / "log").string() + " --truth " + truth)
+          .exit_code,
+      0);
+  writeText(scratch / "empty.json", R"({"format":"hgg-graph","version":1,"objects":[]})");
+  const Outcome outcome =
+      runCommand(scratch, "hgg-eval --graph " + (scratch / "empty.json").string() + " --truth " + truth + " --json");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.errors;
+  EXPECT_NE(outcome.output.find("\"recall\": 0.0"), std::string::npos) << outcome.output;
+}
+
+}  // namespace
+}  // namespace hgg

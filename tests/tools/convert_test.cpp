@@ -1,0 +1,224 @@
+#include <gtest/gtest.h>
+
+#include "bus/codec.h"
+#include "bus/log.h"
+#include "convert/semantickitti.h"
+#include "tools/scratch.h"
+
+namespace hgg {
+namespace {
+
+const Progress kQuiet = [](std::size_t, std::size_t) {};
+constexpr const char* kForwardPoses =
+    "1 0 0 0 0 1 0 0 0 0 1 0\n"
+    "1 0 0 1.5 0 1 0 0.25 0 0 1 -0.125\n"
+    "0 -1 0 3 1 0 0 0.5 0 0 1 0\n";
+
+/// Three frames of two points; frame k, point i lies at (k, i, 0.5) and has label word (k + 1) << 16 | label.
+class KittiFolder {
+ public:
+  KittiFolder() {
+    for (int k = 0; k < 3; ++k) {
+      const float cloud[] = {float(k), 0, 0.5F, 0.9F, float(k), 1, 0.5F, 0.1F};
+      const auto instance = static_cast<std::uint32_t>(k + 1) << 16;
+      const std::uint32_t labels[] = {instance | 10, instance | 252};
+      writeBinary<float>(scratch_ / ("velodyne/" + stem(k) + ".bin"), cloud);
+      writeBinary<std::uint32_t>(scratch_ / ("labels/" + stem(k) + ".label"), labels);
+    }
+    writeText(path("poses.txt"), kForwardPoses);
+  }
+  static std::string stem(int k) { return "00000" + std::to_string(k); }
+  std::filesystem::path path(const std::string& name) const { return scratch_ / name; }
+  KittiOptions options() const {
+    KittiOptions options;
+    options.dir = scratch_ / "";
+    return options;
+  }
+
+ private:
+  Scratch scratch_;
+};
+
+struct Message {
+  std::string channel;
+  Micros timestamp_us;
+  std::vector<std::uint8_t> data;
+};
+
+std::vector<Message> convertAndRead(const KittiFolder& folder, const KittiOptions& options) {
+  const auto frames = listKittiFrames(options);
+  EXPECT_TRUE(frames) << frames.error;
+  EXPECT_EQ(convertKitti(*frames, folder.path("out.lcm"), kQuiet), "");
+  auto reader = LogReader::open(folder.path("out.lcm").string());
+  EXPECT_TRUE(reader) << reader.error;
+  std::vector<Message> messages;
+  while (auto event = reader->next()) {
+    messages.push_back({event->channel, event->timestamp_us, event->data});
+  }
+  return messages;
+}
+
+void expectError(const KittiOptions& options, const std::string& part) {
+  const auto frames = listKittiFrames(options);
+  ASSERT_FALSE(frames);
+  EXPECT_NE(frames.error.find(part), std::string::npos) << frames.error;
+  EXPECT_EQ(frames.error.find('\n'), std::string::npos) << frames.error;
+}
+
+TEST(Convert, FolderComesBackThroughTheLog) {
+  const KittiFolder folder;
+  writeText(folder.path("times.txt"), "1317042145.964\n1317042146.074001\n1.3170421461745e+09\n");
+  const auto messages = convertAndRead(folder, folder.options());
+  ASSERT_EQ(messages.size(), 6u);
+  const Micros times_us[] = {1317042145964000, 1317042146074001, 1317042146174500};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& pose = messages[2 * k];
+    const auto& cloud = messages[2 * k + 1];
+    ASSERT_EQ(pose.channel, "POSE_ODOM");
+    ASSERT_EQ(cloud.channel, "LIDAR_SEMANTIC");
+    EXPECT_EQ(pose.timestamp_us, times_us[k]);
+    EXPECT_EQ(cloud.timestamp_us, times_us[k]);
+    const auto decoded = decodeSemanticCloud(cloud.data, 0.0F);
+    ASSERT_TRUE(decoded) << decoded.error;
+    EXPECT_EQ(decoded->utime_us, times_us[k]);
+    ASSERT_EQ(decoded->points.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Point& p = decoded->points[i];
+      EXPECT_EQ(Vec3(p.x, p.y, p.z), Vec3(double(k), double(i), 0.5));
+      EXPECT_EQ(p.label, i == 0 ? 10 : 252);
+      EXPECT_EQ(p.instance, k + 1);
+    }
+  }
+  const auto last = decodePose(messages[4].data);
+  ASSERT_TRUE(last) << last.error;
+  EXPECT_EQ(last->utime_us, times_us[2]);
+  EXPECT_LT((last->T_odom_body * Vec3(1, 0, 0) - Vec3(3, 1.5, 0)).norm(), 1e-12);
+}
+
+TEST(Convert, SameFolderSameBytes) {
+  const KittiFolder folder;
+  const auto frames = listKittiFrames(folder.options());
+  ASSERT_EQ(convertKitti(*frames, folder.path("a"), kQuiet), "");
+  ASSERT_EQ(convertKitti(*frames, folder.path("b"), kQuiet), "");
+  EXPECT_FALSE(readText(folder.path("a")).empty());
+  EXPECT_EQ(readText(folder.path("a")), readText(folder.path("b")));
+}
+
+TEST(Convert, WithoutTimesFramesComeAtTheRate) {
+  const KittiFolder folder;
+  auto options = folder.options();
+  EXPECT_EQ(listKittiFrames(options)->at(2).utime_us, 200'000);
+  options.rate_hz = 4.0;
+  EXPECT_EQ(listKittiFrames(options)->at(2).utime_us, 500'000);
+  writeText(folder.path("times.txt"), "5\n6\n7\n");
+  EXPECT_EQ(listKittiFrames(options)->at(2).utime_us, 500'000);
+  options.rate_hz.reset();
+  EXPECT_EQ(listKittiFrames(options)->at(2).utime_us, 7'000'000);
+}
+
+TEST(Convert, OdometryIsPreferredAndPosesCanBeChosen) {
+  const KittiFolder folder;
+  writeText(folder.path("odometry.txt"), "1 0 0 9 0 1 0 0 0 0 1 0\n1 0 0 9 0 1 0 0 0 0 1 0\n1 0 0 9 0 1 0 0 0 0 1 0\n");
+  auto options = folder.options();
+  EXPECT_EQ(listKittiFrames(options)->at(0).T_world_body.translation().x(), 9.0);
+  options.poses = folder.path("poses.txt");
+  EXPECT_EQ(listKittiFrames(options)->at(1).T_world_body.translation().x(), 1.5);
+}
+
+TEST(Convert, FramesOfAPartOfASequenceTakeTheirOwnRows) {
+  const KittiFolder folder;
+  std::filesystem::remove(folder.path("velodyne/000000.bin"));
+  const auto frames = listKittiFrames(folder.options());
+  ASSERT_TRUE(frames) << frames.error;
+  ASSERT_EQ(frames->size(), 2u);
+  EXPECT_EQ(frames->at(0).T_world_body.translation().x(), 1.5);
+  EXPECT_EQ(frames->at(0).utime_us, 100'000);
+}
+
+TEST(Convert, OtherLabelFolderIsRead) {
+  const KittiFolder folder;
+  auto options = folder.options();
+  options.labels = "predictions";
+  expectError(options, "predictions");
+  std::filesystem::copy(folder.path("labels"), folder.path("predictions"));
+  const std::uint32_t words[] = {72, 40};
+  writeBinary<std::uint32_t>(folder.path("predictions/000000.label"), words);
+  const auto points = readKittiPoints(listKittiFrames(options)->at(0));
+  EXPECT_EQ((*points)[0].label, 72);
+  EXPECT_EQ((*points)[0].instance, 0u);
+}
+
+TEST(Convert, MissingFolderIsAnError) {
+  KittiOptions options;
+  options.dir = "/nonexistent/sequence";
+  expectError(options, "/nonexistent/sequence/velodyne");
+}
+
+TEST(Convert, EmptyFolderIsAnError) {
+  const KittiFolder folder;
+  std::filesystem::remove_all(folder.path("velodyne"));
+  writeText(folder.path("velodyne/readme.txt"), "not a frame");
+  expectError(folder.options(), "no frames");
+}
+
+TEST(Convert, LabelCountUnlikePointCountIsAnError) {
+  const KittiFolder folder;
+  const std::uint32_t one[] = {10};
+  writeBinary<std::uint32_t>(folder.path("labels/000001.label"), one);
+  expectError(folder.options(), "000001.label holds 1 labels for the 2 points");
+}
+
+TEST(Convert, MissingLabelFileIsAnError) {
+  const KittiFolder folder;
+  std::filesystem::remove(folder.path("labels/000002.label"));
+  expectError(folder.options(), "000002.label");
+}
+
+TEST(Convert, CutCloudIsAnError) {
+  const KittiFolder folder;
+  std::filesystem::resize_file(folder.path("velodyne/000001.bin"), 31);
+  expectError(folder.options(), "000001.bin is cut");
+}
+
+TEST(Convert, FewerPosesThanFramesIsAnError) {
+  const KittiFolder folder;
+  writeText(folder.path("poses.txt"), "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
+  expectError(folder.options(), "has 2 rows, but frame 000002 needs row 3");
+}
+
+TEST(Convert, FewerTimesThanFramesIsAnError) {
+  const KittiFolder folder;
+  writeText(folder.path("times.txt"), "0.0\n0.1\n");
+  expectError(folder.options(), "has 2 rows, but frame 000002 needs row 3");
+}
+
+TEST(Convert, TimeThatDoesNotIncreaseIsAnError) {
+  const KittiFolder folder;
+  writeText(folder.path("times.txt"), "0.0\n0.1\n0.1\n");
+  expectError(folder.options(), "the time of frame 000002");
+}
+
+TEST(Convert, MissingPosesAreAnError) {
+  const KittiFolder folder;
+  std::filesystem::remove(folder.path("poses.txt"));
+  expectError(folder.options(), "poses.txt");
+}
+
+TEST(Convert, PoseRowThatIsNoRigidTransformIsAnError) {
+  const KittiFolder folder;
+  for (const char* row : {"1 0 0 0 0 1 0 0 0 0 1\n", "1 0 0 0 0 1 0 0 0 0 1 0 0\n", "1 0 0 x 0 1 0 0 0 0 1 0\n",
+                          "2 0 0 0 0 2 0 0 0 0 2 0\n", "1 0 0 nan 0 1 0 0 0 0 1 0\n", "1 0 0 0 0 1 0 0 0 0 -1 0\n",
+                          "0 0 0 0 0 0 0 0 0 0 0 0\n"}) {
+    writeText(folder.path("poses.txt"), "# poses\n\n" + std::string(row));
+    expectError(folder.options(), "poses.txt line 3");
+  }
+}
+
+TEST(Convert, UnwritableLogIsAnError) {
+  const KittiFolder folder;
+  const auto frames = listKittiFrames(folder.options());
+  EXPECT_NE(convertKitti(*frames, folder.path("no/such/dir/out.lcm"), kQuiet), "");
+}
+
+}  // namespace
+}  // namespace hgg

@@ -1,0 +1,176 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "eval/objects.h"
+#include "sim/random.h"
+
+namespace hgg {
+namespace {
+
+constexpr ClassId kCar = 10, kPole = 80;
+
+TruthObject truthAt(std::int64_t id, const Vec3& mean, ClassId label = kCar, bool dynamic = false) {
+  return {id, label, dynamic, 1, {mean, Mat3::Identity(), 100}};
+}
+
+Prediction predictionAt(NodeId id, const Vec3& mean, ClassId label = kCar, bool stuff = false) {
+  return {id, label, stuff, {mean, Mat3::Identity(), 100}};
+}
+
+TEST(EvaluateObjects, PerfectMapScoresOneAndZeroMetres) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(5, 0, 0)),
+                                       truthAt(3, Vec3(0, 5, 0), kPole)};
+  const std::vector<Prediction> map{predictionAt(7, Vec3(5, 0, 0)), predictionAt(8, Vec3(0, 0, 0)),
+                                    predictionAt(9, Vec3(0, 5, 0), kPole)};
+  const auto e = evaluateObjects(map, truth, 1.0, {});
+  ASSERT_EQ(e.classes.size(), 2u);
+  for (const ObjectScore* s : {&e.overall, &e.classes.at(kCar), &e.classes.at(kPole)}) {
+    EXPECT_EQ(s->precision(), 1.0);
+    EXPECT_EQ(s->recall(), 1.0);
+    EXPECT_EQ(s->f1(), 1.0);
+    EXPECT_EQ(s->meanError(), 0.0);
+    EXPECT_EQ(s->medianError(), 0.0);
+    EXPECT_EQ(s->maxError(), 0.0);
+  }
+  EXPECT_EQ(e.overall.truth, 3u);
+  EXPECT_EQ(e.classes.at(kCar).truth, 2u);
+}
+
+TEST(EvaluateObjects, KnownPerturbationsScoreTheirArithmetic) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(10, 0, 0)),
+                                       truthAt(3, Vec3(20, 0, 0)), truthAt(4, Vec3(30, 0, 0)),
+                                       truthAt(5, Vec3(40, 0, 0))};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0.1, 0, 0)),  predictionAt(2, Vec3(10, 0.2, 0)),
+                                    predictionAt(3, Vec3(20, 0, 0.3)), predictionAt(4, Vec3(30.3, 0.4, 1.2)),
+                                    predictionAt(5, Vec3(100, 0, 0)),  predictionAt(6, Vec3(200, 0, 0))};
+  const auto s = evaluateObjects(map, truth, 1.5, {}).overall;
+  EXPECT_EQ(s.matches.size(), 4u);
+  EXPECT_DOUBLE_EQ(s.precision(), 4.0 / 6.0);
+  EXPECT_DOUBLE_EQ(s.recall(), 4.0 / 5.0);
+  EXPECT_DOUBLE_EQ(s.f1(), 8.0 / 11.0);
+  EXPECT_NEAR(s.meanError(), (0.1 + 0.2 + 0.3 + 1.3) / 4, 1e-12);
+  EXPECT_NEAR(s.medianError(), 0.25, 1e-12);
+  EXPECT_NEAR(s.maxError(), 1.3, 1e-12);
+  EXPECT_EQ(s.missed, std::vector<std::int64_t>{5});
+  EXPECT_EQ(s.ghosts, (std::vector<NodeId>{5, 6}));
+}
+
+TEST(EvaluateObjects, DuplicateIsAGhost) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0.5, 0, 0)), predictionAt(2, Vec3(0.2, 0, 0))};
+  const auto s = evaluateObjects(map, truth, 1.0, {}).overall;
+  ASSERT_EQ(s.matches.size(), 1u);
+  EXPECT_EQ(s.matches[0].prediction, 2);
+  EXPECT_EQ(s.ghosts, std::vector<NodeId>{1});
+  EXPECT_EQ(s.precision(), 0.5);
+  EXPECT_EQ(s.recall(), 1.0);
+}
+
+TEST(EvaluateObjects, ClosestPairGoesFirst) {
+  // Prediction 1 is nearest to truth 1, but truth 1 has a closer prediction: 1 takes what is left.
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(2, 0, 0))};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0.8, 0, 0)), predictionAt(2, Vec3(-0.1, 0, 0))};
+  const auto s = evaluateObjects(map, truth, 1.5, {}).overall;
+  ASSERT_EQ(s.matches.size(), 2u);
+  EXPECT_EQ(s.matches[0].prediction, 2);
+  EXPECT_EQ(s.matches[0].truth, 1);
+  EXPECT_EQ(s.matches[1].prediction, 1);
+  EXPECT_EQ(s.matches[1].truth, 2);
+}
+
+TEST(EvaluateObjects, TieGoesToTheSmallerIds) {
+  const std::vector<TruthObject> truth{truthAt(2, Vec3(1, 0, 0)), truthAt(1, Vec3(-1, 0, 0))};
+  const std::vector<Prediction> map{predictionAt(9, Vec3(0, 1, 0)), predictionAt(4, Vec3(0, -1, 0))};
+  const auto s = evaluateObjects(map, truth, 2.0, {}).overall;
+  ASSERT_EQ(s.matches.size(), 2u);
+  EXPECT_EQ(s.matches[0].prediction, 4);
+  EXPECT_EQ(s.matches[0].truth, 1);
+}
+
+TEST(EvaluateObjects, WrongClassIsBothMissedAndGhost) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0), kPole)};
+  const auto e = evaluateObjects(map, truth, 1.0, {});
+  EXPECT_EQ(e.overall.matches.size(), 0u);
+  EXPECT_EQ(e.classes.at(kCar).recall(), 0.0);
+  EXPECT_EQ(e.classes.at(kPole).precision(), 0.0);
+  EXPECT_EQ(e.overall.f1(), 0.0);
+  EXPECT_TRUE(std::isnan(e.classes.at(kCar).precision()));
+  EXPECT_TRUE(std::isnan(e.overall.meanError()));
+}
+
+TEST(EvaluateObjects, RadiusIncludesItsEdge) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
+  EXPECT_EQ(evaluateObjects(std::vector{predictionAt(1, Vec3(0, 1.5, 0))}, truth, 1.5, {}).overall.recall(), 1.0);
+  const double beyond = std::nextafter(1.5, 2.0);
+  EXPECT_EQ(evaluateObjects(std::vector{predictionAt(1, Vec3(0, beyond, 0))}, truth, 1.5, {}).overall.recall(), 0.0);
+}
+
+TEST(EvaluateObjects, DynamicTruthNeitherCountsNorCosts) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(10, 0, 0), kCar, true),
+                                       truthAt(3, Vec3(50, 0, 0), kCar, true)};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(10.1, 0, 0)),
+                                    predictionAt(3, Vec3(10.5, 0, 0))};
+  const auto e = evaluateObjects(map, truth, 1.0, {});
+  EXPECT_EQ(e.overall.truth, 1u);
+  EXPECT_EQ(e.overall.recall(), 1.0);
+  ASSERT_EQ(e.dynamic.size(), 1u);
+  EXPECT_EQ(e.dynamic[0].prediction, 2);
+  EXPECT_EQ(e.overall.predicted, 2u);  // the second node on the moving car is a ghost
+  EXPECT_EQ(e.overall.ghosts, std::vector<NodeId>{3});
+}
+
+TEST(EvaluateObjects, DynamicTruthTakesNothingFromStaticTruth) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(1, 0, 0), kCar, true)};
+  const auto e = evaluateObjects(std::vector{predictionAt(1, Vec3(0.9, 0, 0))}, truth, 1.0, {});
+  EXPECT_EQ(e.overall.recall(), 1.0);
+  EXPECT_TRUE(e.dynamic.empty());
+}
+
+TEST(EvaluateObjects, StuffIsLeftOut) {
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0), 40, true), predictionAt(2, Vec3(0, 0, 0))};
+  const auto e = evaluateObjects(map, std::vector{truthAt(1, Vec3(0, 0, 0))}, 1.0, {});
+  EXPECT_EQ(e.overall.predicted, 1u);
+  EXPECT_FALSE(e.classes.contains(40));
+}
+
+TEST(EvaluateObjects, OnlyAskedClassesAreLookedAt) {
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(5, 0, 0), kPole)};
+  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kPole)};
+  const auto e = evaluateObjects(map, truth, 1.0, {kCar});
+  EXPECT_EQ(e.overall.truth, 1u);
+  EXPECT_EQ(e.overall.precision(), 1.0);
+  EXPECT_EQ(e.classes.size(), 1u);
+}
+
+TEST(EvaluateObjects, OrderOfInputDoesNotMatter) {
+  std::vector<TruthObject> truth;
+  std::vector<Prediction> map;
+  const RandomKey key{11, 0};
+  for (int i = 0; i < 40; ++i) {
+    const auto c = static_cast<std::uint64_t>(3 * i);
+    truth.push_back(truthAt(i, 6.0 * Vec3(uniform(key, c), uniform(key, c + 1), 0)));
+    map.push_back(predictionAt(i, 6.0 * Vec3(uniform(key, 1000 + c), uniform(key, 1001 + c), 0)));
+  }
+  const auto forward = evaluateObjects(map, truth, 1.0, {});
+  std::reverse(truth.begin(), truth.end());
+  std::reverse(map.begin(), map.end());
+  const auto backward = evaluateObjects(map, truth, 1.0, {});
+  ASSERT_GT(forward.overall.matches.size(), 10u);
+  ASSERT_EQ(forward.overall.matches.size(), backward.overall.matches.size());
+  for (std::size_t i = 0; i < forward.overall.matches.size(); ++i) {
+    EXPECT_EQ(forward.overall.matches[i].prediction, backward.overall.matches[i].prediction);
+    EXPECT_EQ(forward.overall.matches[i].truth, backward.overall.matches[i].truth);
+  }
+}
+
+TEST(EvaluateObjects, NothingAgainstNothingHasNoScore) {
+  const auto s = evaluateObjects({}, {}, 1.0, {}).overall;
+  EXPECT_TRUE(std::isnan(s.precision()));
+  EXPECT_TRUE(std::isnan(s.recall()));
+  EXPECT_TRUE(std::isnan(s.f1()));
+}
+
+}  // namespace
+}  // namespace hgg

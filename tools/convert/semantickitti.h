@@ -1,0 +1,41 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/result.h"
+#include "core/types.h"
+#include "progress.h"
+
+namespace hgg {
+
+struct KittiOptions {
+  std::filesystem::path dir;
+  std::string labels = "labels";  // folder of .label files below dir
+  std::filesystem::path poses;    // 3x4 rows in the LiDAR frame; empty: dir/odometry.txt, else dir/poses.txt
+  std::optional<double> rate_hz;  // unset: dir/times.txt, else 10 Hz
+};
+
+struct KittiFrame {
+  std::filesystem::path cloud, labels;
+  Micros utime_us = 0;
+  Pose T_world_body = Pose::Identity();  // body = LiDAR
+};
+
+/// A folder in the SemanticKITTI layout: velodyne/NNNNNN.bin (x, y, z, intensity as f32) and <labels>/NNNNNN.label
+/// (u32), in order of NNNNNN. Row NNNNNN (from 0) of the poses and of times.txt belongs to the frame. Errors: missing
+/// folder or file, no frames, torn records, another number of labels than points, too few rows, times that do not
+/// increase.
+Result<std::vector<KittiFrame>> listKittiFrames(const KittiOptions& options);
+
+/// Points with label = low 16 bits and instance = high 16 bits of the label word.
+Result<std::vector<Point>> readKittiPoints(const KittiFrame& frame);
+
+/// Writes the frames as an LCM log stamped with the times of measurement. Labels stay raw: folding is the class table's
+/// business. Returns an error line, empty when done.
+std::string convertKitti(const std::vector<KittiFrame>& frames, const std::filesystem::path& log,
+                         const Progress& progress);
+
+}  // namespace hgg

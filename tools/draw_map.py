@@ -1,0 +1,90 @@
+#!/usr/bin/env python3
+"""Draws an exported graph from above: leaves as dots of their size, objects as two-sigma ellipses, edges, keyframes.
+
+usage: tools/draw_map.py GRAPH.json -o PICTURE.png [--region x0,y0,x1,y1] [--names]
+example: hggmap export map.hgg --format json -o map.json && tools/draw_map.py map.json -o map.png
+Needs python3-matplotlib and python3-numpy.
+"""
+import argparse
+import json
+import sys
+
+try:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    import numpy as np
+    from matplotlib.collections import EllipseCollection, LineCollection
+except ImportError as missing:
+    sys.exit(f"draw_map.py: {missing}; apt-get install python3-matplotlib python3-numpy")
+
+
+# What a person expects of common classes; the rest takes the next colour of a palette.
+COLOURS = {"road": "#8c8c9a", "sidewalk": "#b39ac0", "terrain": "#cbb78a", "building": "#a0522d", "vegetation": "#4c9f38",
+           "fence": "#c08040", "trunk": "#6b4423", "pole": "#202020", "car": "#1f5fd0", "person": "#d02020",
+           "bicyclist": "#ff7f0e", "on-rails": "#8e44ad", "wall": "#a0a0a0", "floor": "#d8d0c0"}
+
+
+def ellipses(gaussians, sigmas):
+    """Centres, widths, heights and angles (deg) of the horizontal ellipses of (mean, cov) pairs."""
+    centres, widths, heights, angles = [], [], [], []
+    for mean, cov in gaussians:
+        values, vectors = np.linalg.eigh(np.array(cov).reshape(3, 3)[:2, :2])
+        values = np.sqrt(np.maximum(values, 1e-4))
+        centres.append(mean[:2])
+        widths.append(2 * sigmas * values[1])
+        heights.append(2 * sigmas * values[0])
+        angles.append(np.degrees(np.arctan2(vectors[1, 1], vectors[0, 1])))
+    return centres, widths, heights, angles
+
+
+def add(axes, gaussians, sigmas, **style):
+    if gaussians:
+        centres, widths, heights, angles = ellipses(gaussians, sigmas)
+        axes.add_collection(
+            EllipseCollection(widths, heights, angles, units="xy", offsets=centres, transOffset=axes.transData, **style))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("graph")
+    parser.add_argument("-o", "--output", required=True)
+    parser.add_argument("--region", help="x0,y0,x1,y1 in metres")
+    parser.add_argument("--names", action="store_true", help="write class names beside things")
+    args = parser.parse_args()
+    graph = json.load(open(args.graph))
+    labels = sorted({o["label"] for o in graph["objects"]})
+    name = {o["label"]: o["name"] for o in graph["objects"]}
+    colour = {label: COLOURS.get(name[label], plt.get_cmap("tab20")(k % 20)) for k, label in enumerate(labels)}
+
+    figure, axes = plt.subplots(figsize=(14, 7), layout="constrained")
+    for label in labels:
+        objects = [o for o in graph["objects"] if o["label"] == label]
+        leaves = [(g["mean"], g["cov"]) for o in objects for g in o["geometry"]]
+        add(axes, leaves, 1, facecolors=[colour[label]], alpha=0.35, linewidths=0)
+        add(axes, [(o["mean"], o["cov"]) for o in objects if not o["stuff"]], 2, facecolors="none",
+            edgecolors=[colour[label]], linewidths=1.6)
+        axes.plot([], [], "o", color=colour[label], label=f"{name[label]} ({len(objects)})")
+    mean = {o["id"]: o["mean"][:2] for o in graph["objects"]}
+    axes.add_collection(LineCollection([(mean[a], mean[b]) for a, b, _ in graph["edges"]], colors="0.3", linewidths=0.3))
+    path = np.array([k["pose"][:2] for k in graph["keyframes"]])
+    if len(path):
+        axes.plot(path[:, 0], path[:, 1], "k.-", linewidth=1, markersize=3, label="keyframes")
+    if args.names:
+        for o in graph["objects"]:
+            if not o["stuff"]:
+                axes.annotate(o["name"], o["mean"][:2], fontsize=6)
+    axes.autoscale()
+    axes.set_aspect("equal")
+    if args.region:
+        x0, y0, x1, y1 = map(float, args.region.split(","))
+        axes.set_xlim(x0, x1)
+        axes.set_ylim(y0, y1)
+    axes.set_xlabel("x [m]")
+    axes.set_ylabel("y [m]")
+    axes.legend(loc="upper left", fontsize=8, ncols=2)
+    figure.savefig(args.output, dpi=80)
+
+
+main()

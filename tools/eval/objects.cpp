@@ -1,0 +1,145 @@
+#include "eval/objects.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <tuple>
+
+namespace hgg {
+namespace {
+
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+double ratio(double part, double whole) { return whole > 0 ? part / whole : kNothing; }
+
+std::vector<double> sortedErrors(const std::vector<Match>& matches) {
+  std::vector<double> errors(matches.size());
+  std::ranges::transform(matches, errors.begin(), &Match::distance);
+  std::ranges::sort(errors);
+  return errors;
+}
+
+/// Pairs of the same class within `radius`, closest first.
+std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+                                double radius) {
+  std::vector<Match> pairs;
+  for (const Prediction& prediction : predictions) {
+    for (const TruthObject& object : truth) {
+      const double distance = (prediction.belief.mean - object.belief.mean).norm();
+      if (prediction.label == object.label && distance <= radius) {
+        pairs.push_back({prediction.id, object.id, distance});
+      }
+    }
+  }
+  std::ranges::sort(pairs, {}, [](const Match& m) { return std::tuple(m.distance, m.prediction, m.truth); });
+  return pairs;
+}
+
+std::vector<Match> matchGreedily(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+                                 double radius) {
+  std::set<NodeId> used_predictions;
+  std::set<std::int64_t> used_truth;
+  std::vector<Match> matches;
+  for (const Match& pair : pairsInRange(predictions, truth, radius)) {
+    if (!used_predictions.contains(pair.prediction) && !used_truth.contains(pair.truth)) {
+      used_predictions.insert(pair.prediction);
+      used_truth.insert(pair.truth);
+      matches.push_back(pair);
+    }
+  }
+  return matches;
+}
+
+void removeMatched(std::vector<Prediction>& predictions, const std::vector<Match>& matches) {
+  std::set<NodeId> matched;
+  for (const Match& match : matches) {
+    matched.insert(match.prediction);
+  }
+  std::erase_if(predictions, [&](const Prediction& p) { return matched.contains(p.id); });
+}
+
+ObjectScore score(std::span<const TruthObject> truth, const std::vector<Match>& matches,
+                  std::span<const Prediction> ghosts) {
+  ObjectScore result{truth.size(), matches.size() + ghosts.size(), matches, {}, {}};
+  for (const TruthObject& object : truth) {
+    if (std::ranges::find(matches, object.id, &Match::truth) == matches.end()) {
+      result.missed.push_back(object.id);
+    }
+  }
+  for (const Prediction& ghost : ghosts) {
+    result.ghosts.push_back(ghost.id);
+  }
+  return result;
+}
+
+void append(ObjectScore& sum, const ObjectScore& part) {
+  sum.truth += part.truth;
+  sum.predicted += part.predicted;
+  sum.matches.insert(sum.matches.end(), part.matches.begin(), part.matches.end());
+  sum.missed.insert(sum.missed.end(), part.missed.begin(), part.missed.end());
+  sum.ghosts.insert(sum.ghosts.end(), part.ghosts.begin(), part.ghosts.end());
+}
+
+struct ClassMembers {
+  std::vector<Prediction> predictions;
+  std::vector<TruthObject> fixed, dynamic;
+};
+
+std::map<ClassId, ClassMembers> byClass(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+                                        const std::set<ClassId>& only) {
+  const auto wanted = [&](ClassId label) { return only.empty() || only.contains(label); };
+  std::map<ClassId, ClassMembers> classes;
+  for (const Prediction& prediction : predictions) {
+    if (!prediction.stuff && wanted(prediction.label)) {
+      classes[prediction.label].predictions.push_back(prediction);
+    }
+  }
+  for (const TruthObject& object : truth) {
+    if (wanted(object.label)) {
+      ClassMembers& members = classes[object.label];
+      (object.dynamic ? members.dynamic : members.fixed).push_back(object);
+    }
+  }
+  return classes;
+}
+
+}  // namespace
+
+double ObjectScore::precision() const {
+  return ratio(static_cast<double>(matches.size()), static_cast<double>(predicted));
+}
+
+double ObjectScore::recall() const { return ratio(static_cast<double>(matches.size()), static_cast<double>(truth)); }
+
+double ObjectScore::f1() const {
+  return ratio(2.0 * static_cast<double>(matches.size()), static_cast<double>(truth + predicted));
+}
+
+double ObjectScore::meanError() const {
+  const auto errors = sortedErrors(matches);
+  return ratio(std::accumulate(errors.begin(), errors.end(), 0.0), static_cast<double>(errors.size()));
+}
+
+double ObjectScore::medianError() const {
+  const auto errors = sortedErrors(matches);
+  return errors.empty() ? kNothing : 0.5 * (errors[(errors.size() - 1) / 2] + errors[errors.size() / 2]);
+}
+
+double ObjectScore::maxError() const { return matches.empty() ? kNothing : sortedErrors(matches).back(); }
+
+ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+                                 double radius, const std::set<ClassId>& only) {
+  ObjectEvaluation evaluation;
+  for (auto& [label, members] : byClass(predictions, truth, only)) {
+    const auto matches = matchGreedily(members.predictions, members.fixed, radius);
+    removeMatched(members.predictions, matches);
+    const auto dynamic = matchGreedily(members.predictions, members.dynamic, radius);
+    removeMatched(members.predictions, dynamic);
+    const ObjectScore& result = evaluation.classes[label] = score(members.fixed, matches, members.predictions);
+    append(evaluation.overall, result);
+    evaluation.dynamic.insert(evaluation.dynamic.end(), dynamic.begin(), dynamic.end());
+  }
+  return evaluation;
+}
+
+}  // namespace hgg

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <set>
+#include <span>
+#include <vector>
+
+#include "eval/graph.h"
+#include "truth/objects.h"
+
+namespace hgg {
+
+struct Match {
+  NodeId prediction = 0;
+  std::int64_t truth = 0;
+  double distance = 0;  // m between the means
+};
+
+/// Counts and position errors of one class, or of all.
+struct ObjectScore {
+  std::size_t truth = 0;      // static true objects
+  std::size_t predicted = 0;  // predictions, without those that stand for a dynamic true object
+  std::vector<Match> matches;
+  std::vector<std::int64_t> missed;  // true objects without a match
+  std::vector<NodeId> ghosts;        // predictions without a match
+
+  /// Ratios and errors are NaN where there is nothing to divide by.
+  double precision() const;
+  double recall() const;
+  double f1() const;
+  double meanError() const;
+  double medianError() const;
+  double maxError() const;
+};
+
+struct ObjectEvaluation {
+  std::map<ClassId, ObjectScore> classes;
+  ObjectScore overall;
+  std::vector<Match> dynamic;  // predictions set aside because they stand for a dynamic true object
+};
+
+/// Object accuracy as in the paper: greedy nearest matching of the same class within `radius`, over things (predictions
+/// of stuff classes are left out; the truth holds things only). All (prediction, truth) pairs in range are taken
+/// closest first, each prediction and each true object at most once; ties go to the smaller ids. Dynamic true objects
+/// have no single true position: they do not count for recall, and a prediction that is left over after the static ones
+/// are matched, and matches a dynamic one by the same rule, is neither true nor false. Only classes in `only` are
+/// looked at; empty: all.
+ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+                                 double radius, const std::set<ClassId>& only);
+
+}  // namespace hgg

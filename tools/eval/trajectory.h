@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/result.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// True and estimated pose of the body at one time, each in its own world.
+struct PosePair {
+  Pose T_truth_body = Pose::Identity();
+  Pose T_map_body = Pose::Identity();
+};
+
+/// Pairs an estimated trajectory with the true poses, which come one a frame: by row when `truth_times_us` is missing
+/// and the counts agree, by nearest time within 5 ms when it is there (poses without a partner are left out). Errors:
+/// unlike counts without times, unlike numbers of times and poses, fewer than two pairs.
+Result<std::vector<PosePair>> pairPoses(const std::vector<TimedPose>& estimate, const std::vector<Pose>& truth,
+                                        const std::optional<std::vector<Micros>>& truth_times_us);
+
+/// The map's frame is a gauge: T_truth_map that lays the estimate over the truth. Rotation = chordal mean of R_truth
+/// R_map^T over all pairs, translation from the means of the positions. Positions alone would leave the roll about a
+/// nearly straight path free.
+Pose alignMap(const std::vector<PosePair>& pairs);
+
+/// Absolute trajectory error: RMSE of the positions in m after the rigid alignment that fits positions best (Umeyama,
+/// no scale).
+double absoluteTrajectoryError(const std::vector<PosePair>& pairs);
+
+}  // namespace hgg

@@ -1,0 +1,117 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "convert/kitti_truth.h"
+#include "convert/semantickitti.h"
+
+namespace {
+
+constexpr int kBadInput = 2;
+
+constexpr const char* kKittiHelp = R"(Converts a folder in the SemanticKITTI layout into an LCM log:
+  DIR/velodyne/NNNNNN.bin   x y z intensity, f32 each, LiDAR frame
+  DIR/labels/NNNNNN.label   u32 a point: low 16 bits class, high 16 bits instance
+  DIR/times.txt             seconds, one row a frame (optional)
+Poses must be in the LiDAR frame: 3x4 rows T_world_lidar, one a frame. The poses.txt that comes with KITTI odometry and
+SemanticKITTI downloads is in the camera frame; with Tr of its calib.txt a row becomes inv(Tr) * row * Tr.)";
+
+constexpr const char* kTruthHelp =
+    R"(Writes the true objects of such a folder for hgg-eval: gt_objects.json and poses.txt,
+in the frame of the poses. Points with an instance id are gathered per object over all frames; objects that move are marked
+dynamic, from the tracks of a boxes.csv or, without one, from their points.)";
+
+struct Arguments {
+  hgg::KittiOptions kitti;
+  std::string output;
+  std::optional<std::filesystem::path> boxes;
+};
+
+int fail(const std::string& error) {
+  std::fprintf(stderr, "hgg-convert: %s\n", error.c_str());
+  return kBadInput;
+}
+
+CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
+  CLI::App* sub = app.add_subcommand("semantickitti", kKittiHelp);
+  sub->add_option("DIR", args.kitti.dir, "folder with velodyne/")->required();
+  sub->add_option("-o,--output", args.output, "LCM log to write")->required()->type_name("LOG");
+  sub->add_option("--labels", args.kitti.labels, "label folder below DIR")->type_name("SUB")->capture_default_str();
+  sub->add_option("--poses", args.kitti.poses, "poses [DIR/odometry.txt, else DIR/poses.txt]")->type_name("FILE");
+  sub->add_option("--rate", args.kitti.rate_hz, "frames a second [DIR/times.txt, else 10]")
+      ->type_name("HZ")
+      ->check(CLI::Range(0.001, 10000.0));
+  sub->footer("Example:\n  hgg-convert semantickitti sequences/00 -o 00.lcm --poses 00_lidar_poses.txt");
+  return sub;
+}
+
+CLI::App* addKittiTruth(CLI::App& app, Arguments& args) {
+  CLI::App* sub = app.add_subcommand("kitti-truth", kTruthHelp);
+  sub->add_option("DIR", args.kitti.dir, "folder with velodyne/")->required();
+  sub->add_option("-o,--output", args.output, "truth directory to write")->required()->type_name("TRUTH_DIR");
+  sub->add_option("--labels", args.kitti.labels, "label folder below DIR [gt_labels]")->type_name("SUB");
+  sub->add_option("--poses", args.kitti.poses, "true poses, LiDAR frame [DIR/poses.txt]")->type_name("FILE");
+  sub->add_option("--boxes", args.boxes, "csv with track_id, cx_world, cy_world")->type_name("CSV");
+  sub->footer("Example:\n  hgg-convert kitti-truth kitti_0001 -o truth --boxes kitti_0001/boxes.csv");
+  return sub;
+}
+
+/// The poses.txt of a KITTI download comes with a calib.txt and is in the camera frame; ours are not.
+void warnOfCameraPoses(const hgg::KittiOptions& kitti) {
+  const bool takes_poses_txt = kitti.poses.empty() && !exists(kitti.dir / "odometry.txt");
+  if (takes_poses_txt && exists(kitti.dir / "calib.txt")) {
+    std::fprintf(stderr, "hgg-convert: warning: calib.txt is there: is poses.txt in the LiDAR frame? (see --help)\n");
+  }
+}
+
+int convert(const Arguments& args) {
+  warnOfCameraPoses(args.kitti);
+  const auto frames = hgg::listKittiFrames(args.kitti);
+  if (!frames) {
+    return fail(frames.error);
+  }
+  hgg::ProgressBar bar("convert");
+  const std::string error = hgg::convertKitti(*frames, args.output, onBar(bar));
+  return error.empty() ? 0 : fail(error);
+}
+
+int writeTruth(Arguments args, bool labels_given) {
+  if (!labels_given) {
+    args.kitti.labels = "gt_labels";
+  }
+  if (args.kitti.poses.empty()) {
+    args.kitti.poses = args.kitti.dir / "poses.txt";
+  }
+  const auto frames = hgg::listKittiFrames(args.kitti);
+  if (!frames) {
+    return fail(frames.error);
+  }
+  hgg::ProgressBar bar("truth");
+  const auto objects = hgg::kittiTruth(*frames, args.boxes, onBar(bar));
+  if (!objects) {
+    return fail(objects.error);
+  }
+  std::vector<hgg::Pose> poses;
+  for (const hgg::KittiFrame& frame : *frames) {
+    poses.push_back(frame.T_world_body);
+  }
+  const std::string error = hgg::writeTruth(*objects, poses, args.output);
+  return error.empty() ? 0 : fail(error);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("hgg-convert: data sets -> LCM log for hggmap, truth for hgg-eval");
+  app.require_subcommand(1);
+  app.footer(
+      "Example:\n  hgg-convert semantickitti kitti_0001 -o kitti.lcm\nExit codes: 0 done, 2 bad input or usage.");
+  Arguments args;
+  CLI::App* kitti = addSemanticKitti(app, args);
+  CLI::App* truth = addKittiTruth(app, args);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return e.get_exit_code() == 0 ? app.exit(e) : fail(std::string(e.what()) + " (see --help)");
+  }
+  return kitti->parsed() ? convert(args) : writeTruth(args, truth->count("--labels") > 0);
+}

@@ -1,0 +1,96 @@
+#include "truth/objects.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "truth/poses.h"
+
+namespace hgg {
+namespace {
+
+using nlohmann::json;
+using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+json toJson(const TruthObject& object) {
+  const RowMat3 cov = object.belief.cov;
+  return {{"id", object.id},
+          {"label", object.label},
+          {"dynamic", object.dynamic},
+          {"points", static_cast<std::int64_t>(object.belief.kappa)},
+          {"frames", object.frames},
+          {"centroid", std::vector<double>(object.belief.mean.begin(), object.belief.mean.end())},
+          {"covariance", std::vector<double>(cov.data(), cov.data() + 9)}};
+}
+
+TruthObject fromJson(const json& entry) {
+  const auto centroid = entry.at("centroid").get<std::array<double, 3>>();
+  const auto covariance = entry.at("covariance").get<std::array<double, 9>>();
+  TruthObject object;
+  object.id = entry.at("id").get<std::int64_t>();
+  object.label = entry.at("label").get<ClassId>();
+  object.dynamic = entry.at("dynamic").get<bool>();
+  object.frames = entry.at("frames").get<std::int64_t>();
+  object.belief.kappa = entry.at("points").get<double>();
+  object.belief.mean = Vec3(centroid.data());
+  object.belief.cov = Eigen::Map<const RowMat3>(covariance.data());
+  return object;
+}
+
+}  // namespace
+
+void TruthAccumulator::add(std::int64_t id, ClassId label, std::size_t frame, const Vec3& p_map) {
+  // The first point is the origin of the sums: large coordinates keep their digits.
+  Entry& entry = entries_.try_emplace(id, Entry{label, Moments(p_map)}).first->second;
+  entry.frames += entry.frames == 0 || entry.last_frame != frame ? 1 : 0;
+  entry.last_frame = frame;
+  entry.moments.add(p_map.x(), p_map.y(), p_map.z());
+}
+
+std::vector<TruthObject> TruthAccumulator::objects() const {
+  std::vector<TruthObject> objects;
+  for (const auto& [id, entry] : entries_) {
+    objects.push_back({id, entry.label, false, entry.frames, entry.moments.belief()});
+  }
+  return objects;
+}
+
+Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path) {
+  using Objects = Result<std::vector<TruthObject>>;
+  std::ifstream in(path);
+  if (!in) {
+    return Objects::fail("cannot read " + path.string());
+  }
+  try {
+    std::vector<TruthObject> objects;
+    for (const json& entry : json::parse(in)) {
+      objects.push_back(fromJson(entry));
+    }
+    return Objects::ok(std::move(objects));
+  } catch (const json::exception& e) {
+    return Objects::fail(path.string() + " is not a list of truth objects: " + e.what());
+  }
+}
+
+std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path) {
+  std::ofstream out(path);
+  out << "[";
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    out << (i == 0 ? "\n" : ",\n") << toJson(objects[i]).dump();
+  }
+  out << "\n]\n";
+  out.close();
+  return out ? "" : "cannot write " + path.string();
+}
+
+std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
+                       const std::filesystem::path& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  if (error) {
+    return "cannot create " + dir.string() + ": " + error.message();
+  }
+  const std::string objects_error = writeTruthObjects(objects, dir / "gt_objects.json");
+  return objects_error.empty() ? writePoses(T_map_body, dir / "poses.txt") : objects_error;
+}
+
+}  // namespace hgg

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <vector>
+
+#include "core/belief.h"
+#include "core/result.h"
+
+namespace hgg {
+
+/// A true object: all of its points that the sensor saw, placed with the true poses (map frame). `belief.kappa` =
+/// points.
+struct TruthObject {
+  std::int64_t id = 0;
+  ClassId label = 0;
+  bool dynamic = false;     // moved while it was seen: no single true position
+  std::int64_t frames = 0;  // frames with at least one of its points
+  Belief belief;
+};
+
+/// Collects the points of each object over the frames.
+class TruthAccumulator {
+ public:
+  /// Adds a point of object `id` seen in frame `frame`; frames come in ascending order.
+  void add(std::int64_t id, ClassId label, std::size_t frame, const Vec3& p_map);
+  /// The objects by ascending id, none of them dynamic.
+  std::vector<TruthObject> objects() const;
+
+ private:
+  struct Entry {
+    ClassId label;
+    Moments moments;
+    std::int64_t frames = 0;
+    std::size_t last_frame = 0;
+  };
+  std::map<std::int64_t, Entry> entries_;
+};
+
+/// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}.
+Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
+/// Returns an error line, empty when done.
+std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);
+
+/// Writes a truth directory (created when missing): gt_objects.json and poses.txt. Returns an error line, empty when
+/// done.
+std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
+                       const std::filesystem::path& dir);
+
+}  // namespace hgg
