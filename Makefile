@@ -4,7 +4,7 @@ OUT ?= out/demo
 JOBS ?= $(shell nproc)
 WERROR ?= OFF
 CMAKE_FLAGS ?=
-CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp')
+CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp' 'bench/*.h')
 
 .PHONY: help demo test test-sanitize kitti live bench deps build format lint clean
 
@@ -22,10 +22,10 @@ test-sanitize:  ## unit tests under address and undefined-behaviour sanitizers
 	ctest --test-dir $(BUILD)-sanitize --output-on-failure -j $(JOBS) -LE realdata
 
 kitti: build  ## map real LiDAR frames and hold the result against the annotated cars
-	tests/kitti_test.sh $(BUILD) out/kitti
+	tests/kitti_test.sh $(BUILD) $(BUILD)/kitti
 
 live: build  ## play a log over real LCM, loopback only, and hold the map against a replay
-	tests/live_test.sh $(BUILD) out/live
+	tests/live_test.sh $(BUILD) $(BUILD)/live
 
 bench: build  ## time the stages
 	$(BUILD)/hgg_bench

@@ -14,7 +14,8 @@ inline Frame simulatedFrame(double time) {
   lidar.columns = 2048;
   lidar.range_max = 80;
   const Pose T_odom_body = scene.T_world_body(0).inverse() * scene.T_world_body(time);
-  std::vector<Point> points = scan(scene.world, lidar, beamDirections(lidar), scene.T_world_body(time), {1, static_cast<std::uint64_t>(time * 10)});
+  std::vector<Point> points = scan(scene.world, lidar, beamDirections(lidar), scene.T_world_body(time),
+                                   {1, static_cast<std::uint64_t>(time * 10)});
   for (Point& p : points) {
     p.instance = 0;
   }

@@ -23,11 +23,14 @@ struct KeyDoc {
 /// The one list of keys. `visit(section, key, member, doc)` is called in the order of the printed file.
 template <typename ConfigType, typename Visitor>
 void visitConfig(ConfigType& c, Visitor&& visit) {
-  visit("", "classes", c.classes, KeyDoc{0, 0, "path", "class table, relative to this file; empty: the built-in SemanticKITTI table"});
+  visit("", "classes", c.classes,
+        KeyDoc{0, 0, "path", "class table, relative to this file; empty: the built-in SemanticKITTI table"});
 
-  visit("lcm", "url", c.lcm.url, KeyDoc{0, 0, "", "LCM provider; ttl=0 stays on this machine, recv_buf_size must hold two clouds"});
+  visit("lcm", "url", c.lcm.url,
+        KeyDoc{0, 0, "", "LCM provider; ttl=0 stays on this machine, recv_buf_size must hold two clouds"});
   visit("lcm", "odometry", c.lcm.odometry, KeyDoc{0, 0, "channel", "in: bot_core.pose_t, T_odom_body"});
-  visit("lcm", "lidar_semantic", c.lcm.lidar_semantic, KeyDoc{0, 0, "channel", "in: bot_core.pointcloud2_t with x, y, z, label"});
+  visit("lcm", "lidar_semantic", c.lcm.lidar_semantic,
+        KeyDoc{0, 0, "channel", "in: bot_core.pointcloud2_t with x, y, z, label"});
   visit("lcm", "pose_map", c.lcm.pose_map, KeyDoc{0, 0, "channel", "out: bot_core.pose_t, corrected T_map_body"});
   visit("lcm", "map_odom", c.lcm.map_odom, KeyDoc{0, 0, "channel", "out: bot_core.rigid_transform_t, T_map_odom"});
   visit("lcm", "map_objects", c.lcm.map_objects, KeyDoc{0, 0, "channel", "out: hgg.graph_update_t"});
@@ -35,7 +38,8 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
 
   visit("frame", "range_min", c.frame.range_min, KeyDoc{0, 100, "m", "nearer points are dropped (the robot itself)"});
   visit("frame", "range_max", c.frame.range_max, KeyDoc{1, 1000, "m", "farther points are dropped"});
-  visit("frame", "min_confidence", c.frame.min_confidence, KeyDoc{0, 1, "", "points the segmenter trusts less are dropped"});
+  visit("frame", "min_confidence", c.frame.min_confidence,
+        KeyDoc{0, 1, "", "points the segmenter trusts less are dropped"});
   visit("frame", "odometry_wait_ms", c.frame.odometry_wait_ms,
         KeyDoc{0, 10000, "ms", "how long a cloud waits for odometry of its time before it is dropped"});
 
@@ -43,24 +47,31 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
         KeyDoc{0, 3, "deg", "vertical angle between LiDAR beams; 0 for depth cameras"});
   visit("creation", "beam_factor", c.creation.beam_factor,
         KeyDoc{0, 2.5, "", "clusters bridge gaps of this many beam spacings at any range"});
-  visit("creation", "tile_size", c.creation.tile_size, KeyDoc{0.5, 100, "m", "edge of the map tiles that bound stuff nodes"});
-  visit("creation", "leaf_points", c.creation.leaf_points, KeyDoc{1, 100000, "points", "most points in a leaf of a frame's geometry graph"});
-  visit("creation", "leaf_gap", c.creation.leaf_gap, KeyDoc{0.02, 100, "m", "no leaf bridges a wider gap (grows with range like clusters do)"});
+  visit("creation", "tile_size", c.creation.tile_size,
+        KeyDoc{0.5, 100, "m", "edge of the map tiles that bound stuff nodes"});
+  visit("creation", "leaf_points", c.creation.leaf_points,
+        KeyDoc{4, 100000, "points", "most points in a leaf of a frame's geometry graph"});
+  visit("creation", "leaf_gap", c.creation.leaf_gap,
+        KeyDoc{0.02, 100, "m", "no leaf bridges a wider gap (grows with range like clusters do)"});
   visit("creation", "edge_geometry_share", c.creation.edge_geometry_share,
         KeyDoc{0, 1, "", "c of the edge weight: geometry against class agreement"});
-  visit("creation", "sigma_floor", c.creation.sigma_floor, KeyDoc{0.0001, 1, "m", "sensor noise; floor under flat extents"});
+  visit("creation", "sigma_floor", c.creation.sigma_floor,
+        KeyDoc{0.0001, 1, "m", "sensor noise; floor under flat extents"});
 
   visit("alignment", "gate", c.alignment.gate, KeyDoc{0.05, 100, "m", "pairs costlier than this stay unmatched"});
   visit("alignment", "geometry_share", c.alignment.geometry_share,
         KeyDoc{0, 1, "", "alpha_c of the pair cost: Wasserstein distance against neighbour histogram"});
 
-  visit("map", "leaf_size", c.map.leaf_size, KeyDoc{0.02, 10, "m", "leaves closer than this merge"});
+  visit("map", "leaf_size", c.map.leaf_size, KeyDoc{0.05, 10, "m", "cell of the finest leaves: one leaf each"});
   visit("map", "merge_overlap", c.map.merge_overlap,
         KeyDoc{0.01, 1, "", "same-class things whose extents overlap more (Bhattacharyya coefficient) are one object"});
-  visit("map", "active_radius", c.map.active_radius, KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
+  visit("map", "active_radius", c.map.active_radius,
+        KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
 }
 
-std::string dotted(const char* section, const char* key) { return *section == '\0' ? key : fmt::format("{}.{}", section, key); }
+std::string dotted(const char* section, const char* key) {
+  return *section == '\0' ? key : fmt::format("{}.{}", section, key);
+}
 
 /// Takes values out of a parsed file, collecting every complaint.
 class Reader {
@@ -103,7 +114,9 @@ class Reader {
     return lines;
   }
 
-  void complain(const toml::node& node, std::string text) { errors_.emplace_back(node.source().begin.line, std::move(text)); }
+  void complain(const toml::node& node, std::string text) {
+    errors_.emplace_back(node.source().begin.line, std::move(text));
+  }
 
  private:
   template <typename T>
@@ -129,7 +142,8 @@ class Reader {
       const std::string name = dotted(section.c_str(), std::string(key.str()).c_str());
       const toml::table* inner = node.as_table();
       if (section.empty() && sections_.contains(name)) {
-        inner != nullptr ? rejectUnknown(*inner, name) : complain(node, fmt::format("'{}' must be a section, [{}]", name, name));
+        inner != nullptr ? rejectUnknown(*inner, name)
+                         : complain(node, fmt::format("'{}' must be a section, [{}]", name, name));
       } else if (!known_.contains(name) || key.str().find('.') != std::string_view::npos) {
         complain(node, fmt::format("unknown key '{}' (hggmap run --print-config shows all)", name));
       }
@@ -172,14 +186,15 @@ std::string quoted(const std::string& text) {
 Result<Config> parseConfig(const std::string& toml_text, const std::string& source_name) {
   const toml::parse_result parsed = toml::parse(toml_text, source_name);
   if (!parsed) {
-    return Result<Config>::fail(fmt::format("{}:{}: {}", source_name, parsed.error().source().begin.line, parsed.error().description()));
+    return Result<Config>::fail(
+        fmt::format("{}:{}: {}", source_name, parsed.error().source().begin.line, parsed.error().description()));
   }
   Config config;
   Reader reader(parsed.table(), source_name);
   visitConfig(config, reader);
   std::vector<std::string> errors = reader.finish();
   for (const std::string& e : crossCheck(config)) {
-    errors.push_back(source_name + ": " + e);
+    errors.push_back(fmt::format("{}: {}", source_name, e));
   }
   return errors.empty() ? Result<Config>::ok(config) : Result<Config>::fail(join(errors, "\n"));
 }
@@ -188,7 +203,7 @@ Result<LoadedConfig> loadConfig(const std::string& path) {
   if (path.empty()) {
     return Result<LoadedConfig>::ok({Config{}, ClassTable::builtin()});
   }
-  const std::optional<std::string> text = readTextFile(path);
+  const std::optional<std::string> text = readFile(path);
   if (!text) {
     return Result<LoadedConfig>::fail(fmt::format("{}: cannot read the config file", path));
   }

@@ -46,8 +46,8 @@ struct MapConfig {
   double active_radius = 100.0;
 };
 
-/// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the checks
-/// and --print-config all take them from.
+/// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the
+/// checks and --print-config all take them from.
 struct Config {
   std::string classes;  // path, relative to the config file; empty: the built-in SemanticKITTI table
   LcmConfig lcm;
@@ -62,8 +62,8 @@ struct LoadedConfig {
   ClassTable classes;
 };
 
-/// Reads and checks a config and the class table it names; an empty path gives the defaults. The error lists every unknown key
-/// and bad value at once, one a line.
+/// Reads and checks a config and the class table it names; an empty path gives the defaults. The error lists every
+/// unknown key and bad value at once, one a line.
 Result<LoadedConfig> loadConfig(const std::string& path);
 Result<Config> parseConfig(const std::string& toml_text, const std::string& source_name);
 /// The effective config as a commented TOML file.

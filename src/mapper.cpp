@@ -1,5 +1,7 @@
 #include "mapper.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <optional>
@@ -26,8 +28,8 @@ class StageClock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-std::map<ClassId, std::string> namesOf(const ClassTable& classes) {
-  std::map<ClassId, std::string> names;
+/// Names of the table's classes, beside those the map has from before.
+std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<ClassId, std::string> names) {
   for (const ClassInfo& info : classes.classes()) {
     names[info.id] = info.name;
   }
@@ -43,16 +45,33 @@ std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, con
   }
   std::vector<Edge> edges;
   for (const LocalEdge& e : connectObjects(nodes, config)) {
-    edges.push_back({ids[static_cast<std::size_t>(e.a)], ids[static_cast<std::size_t>(e.b)], static_cast<float>(e.weight)});
+    edges.push_back(
+        {ids[static_cast<std::size_t>(e.a)], ids[static_cast<std::size_t>(e.b)], static_cast<float>(e.weight)});
   }
   return edges;
 }
 
 }  // namespace
 
+std::string explainMismatch(const Map& map, const Config& config, const ClassTable& classes) {
+  if (map.tileSize() != config.creation.tile_size) {
+    return fmt::format("the map has tiles of {} m, the config of {} m: set creation.tile_size to go on from it",
+                       map.tileSize(), config.creation.tile_size);
+  }
+  for (const auto& [id, node] : map.nodes()) {
+    const ClassInfo* info = classes.find(node.label);
+    if (info != nullptr && (info->kind == ClassKind::kStuff) != node.stuff) {
+      return fmt::format("'{}' is {} in the map and not in the class table: go on with the table it was made with",
+                         info->name, node.stuff ? "stuff" : "a thing");
+    }
+  }
+  return {};
+}
+
 Mapper::Mapper(Config config, ClassTable classes, Map map)
     : config_(std::move(config)), classes_(std::move(classes)), map_(std::move(map)) {
-  map_.setClassNames(namesOf(classes_));
+  map_.setClassNames(namesOf(classes_, map_.classNames()));
+  map_.setTileSize(config_.creation.tile_size);
 }
 
 StepReport Mapper::step(const Frame& frame) {

@@ -22,6 +22,10 @@ struct StepReport {
   std::size_t nonfinite_points = 0;
 };
 
+/// Why a stored map cannot go on under this config and class table (other tiles, classes of another kind); empty when
+/// it can.
+std::string explainMismatch(const Map& map, const Config& config, const ClassTable& classes);
+
 /// The paper's system figure: frame -> creation -> alignment -> map update (-> correction).
 class Mapper {
  public:

@@ -93,7 +93,9 @@ std::string RunStats::json(const RunCounters& c, const Map& map) const {
   j["loops_rejected"] = 0;
   j["memory"] = nlohmann::ordered_json::array();
   for (const MemorySample& m : memory_) {
-    j["memory"].push_back({{"frame", m.frame}, {"map_mb", std::round(m.map_mb * 1000) / 1000}, {"rss_mb", std::round(m.rss_mb * 10) / 10}});
+    j["memory"].push_back({{"frame", m.frame},
+                           {"map_mb", std::round(m.map_mb * 1000) / 1000},
+                           {"rss_mb", std::round(m.rss_mb * 10) / 10}});
   }
   return j.dump(1) + "\n";
 }

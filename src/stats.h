@@ -16,7 +16,8 @@ struct FrameTiming {
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
 };
 
-/// Quantiles of a stream of positive values in constant memory: logarithmic bins, 0.5 % wide, so quantiles are right to 0.25 %.
+/// Quantiles of a stream of positive values in constant memory: logarithmic bins, 0.5 % wide, so quantiles are right to
+/// 0.25 %.
 class Distribution {
  public:
   void add(double value);

@@ -120,7 +120,7 @@ TEST(ParseConfig, ListsEveryUnknownKeyAndBadValueAtOnceWithItsLine) {
 }
 
 TEST(ParseConfig, AcceptsTheEndsOfARangeAndNothingBeyond) {
-  EXPECT_TRUE(parseConfig("[frame]\nrange_min = 0\n[creation]\nleaf_points = 1\n", "f"));
+  EXPECT_TRUE(parseConfig("[frame]\nrange_min = 0\n[creation]\nleaf_points = 4\n", "f"));
   EXPECT_TRUE(parseConfig("[frame]\nrange_max = 1000\n[map]\nmerge_overlap = 1\n", "f"));
   for (const char* toml :
        {"[frame]\nrange_min = -0.001", "[frame]\nrange_max = 1000.1", "[frame]\nrange_max = inf",

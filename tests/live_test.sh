@@ -1,7 +1,8 @@
 #!/bin/bash
 # Plays LOG in real time over LCM into `hggmap run` and checks that it maps what `hggmap replay` maps: every frame, none dropped,
 # the same objects. Multicast goes over the loopback of a network namespace of its own (root, or user namespaces allowed).
-# usage: live_test.sh LOG BUILD_DIR OUT
+# usage: live_test.sh [LOG] BUILD_DIR OUT
+# Without LOG: kitti_0001 from $HGG_DATA, else from ../shared/data beside the repository, else a simulated world.
 set -euo pipefail
 
 fail() {
@@ -9,8 +10,25 @@ fail() {
   exit 1
 }
 
+# Writes a log of its own to $2/live.lcm with the tools in $1.
+make_log() {
+  local data=${HGG_DATA:-$(dirname "$0")/../../shared/data}
+  if [ -d "$data/kitti_0001" ]; then
+    python3 "$data/unpack.py" "$data/kitti_0001" "$2/kitti" >/dev/null &&
+      "$1/hgg-convert" semantickitti "$2/kitti" -o "$2/live.lcm" && rm -r "$2/kitti"
+  else
+    echo "live_test: no kitti_0001 in $data, taking a simulated world"
+    "$1/hgg-sim" yard --frames 100 -o "$2/live.lcm" --truth "$2/truth"
+  fi
+}
+
 if [ "${1:-}" != --inside ]; then
-  [ $# -eq 3 ] || { echo "usage: live_test.sh LOG BUILD_DIR OUT" >&2; exit 2; }
+  if [ $# -eq 2 ]; then
+    mkdir -p "$2"
+    make_log "$1" "$2" || fail "no log to play"
+    set -- "$2/live.lcm" "$1" "$2"
+  fi
+  [ $# -eq 3 ] || { echo "usage: live_test.sh [LOG] BUILD_DIR OUT" >&2; exit 2; }
   map_root=()
   [ "$(id -u)" -eq 0 ] || map_root=(--map-root-user)
   exec unshare --net "${map_root[@]}" "$0" --inside "$@"

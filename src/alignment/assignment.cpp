@@ -1,9 +1,9 @@
 #include "alignment/assignment.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
-#include <map>
-#include <numeric>
+#include <queue>
 
 namespace hgg {
 namespace {
@@ -67,71 +67,137 @@ std::vector<int> assignWide(const Eigen::MatrixXd& cost) {
   return column_of;
 }
 
-/// Candidates below the gate grouped into connected blocks, each in input order.
-std::vector<std::vector<Candidate>> connectedBlocks(const std::vector<Candidate>& candidates, double unmatched) {
-  std::map<int, std::size_t> block_of_row, block_of_column;
-  std::vector<std::size_t> parent;
-  const auto root = [&](std::size_t b) {
-    while (parent[b] != b) {
-      b = parent[b] = parent[parent[b]];
-    }
-    return b;
-  };
-  const auto blockOf = [&](std::map<int, std::size_t>& blocks, int key) {
-    const auto [it, fresh] = blocks.try_emplace(key, parent.size());
-    if (fresh) {
-      parent.push_back(parent.size());
-    }
-    return root(it->second);
-  };
-  std::vector<Candidate> kept;
-  for (const Candidate& c : candidates) {
-    if (c.cost < unmatched) {
-      kept.push_back(c);
-      const std::size_t row = blockOf(block_of_row, c.row), column = blockOf(block_of_column, c.column);
-      parent[std::max(row, column)] = std::min(row, column);
-    }
-  }
-  std::map<std::size_t, std::vector<Candidate>> blocks;
-  for (const Candidate& c : kept) {
-    blocks[root(block_of_row[c.row])].push_back(c);
-  }
-  std::vector<std::vector<Candidate>> out;
-  for (auto& [key, block] : blocks) {
-    out.push_back(std::move(block));
-  }
-  return out;
-}
+struct Reach {
+  double distance;
+  int column;
+  bool operator>(const Reach& o) const { return distance != o.distance ? distance > o.distance : column > o.column; }
+};
 
-std::vector<int> distinct(const std::vector<Candidate>& block, int Candidate::*side) {
+/// Shortest augmenting paths over adjacency lists. Besides its candidates every row has a slot of its own that costs
+/// `unmatched`, so a path ends at a free column or where a row on it gives up its column. Paths stay inside the
+/// connected block of candidates they start in.
+class SparseAssignment {
+ public:
+  SparseAssignment(std::vector<std::vector<Candidate>> candidates_of_row, std::size_t columns, double unmatched)
+      : candidates_(std::move(candidates_of_row)),
+        unmatched_(unmatched),
+        u_(candidates_.size(), 0),
+        v_(columns, 0),
+        row_of_(columns, -1),
+        distance_(columns, kInfinity),
+        from_(columns, -1),
+        done_(columns, false) {
+    for (std::size_t r = 0; r < candidates_.size(); ++r) {
+      augment(static_cast<int>(r));
+    }
+  }
+  const std::vector<int>& rowOf() const { return row_of_; }
+
+ private:
+  /// Offers the columns of a row at distance `base` from the start of the path.
+  void relax(int row, double base) {
+    const auto r = static_cast<std::size_t>(row);
+    for (const Candidate& c : candidates_[r]) {
+      const auto column = static_cast<std::size_t>(c.column);
+      const double distance = base + c.cost - u_[r] - v_[column];
+      if (!done_[column] && distance < distance_[column]) {
+        if (distance_[column] == kInfinity) {
+          touched_.push_back(column);
+        }
+        distance_[column] = distance;
+        from_[column] = row;
+        heap_.push({distance, c.column});
+      }
+    }
+    if (const double slot = base + unmatched_ - u_[r]; slot < slot_distance_) {
+      slot_distance_ = slot;
+      slot_row_ = row;
+    }
+  }
+
+  /// Next nearest column that is not done; -1 when a slot is nearer.
+  int nextColumn() {
+    while (!heap_.empty()) {
+      const Reach reach = heap_.top();
+      if (reach.distance >= slot_distance_) {
+        return -1;
+      }
+      heap_.pop();
+      if (!done_[static_cast<std::size_t>(reach.column)]) {
+        return reach.column;
+      }
+    }
+    return -1;
+  }
+
+  void augment(int row) {
+    heap_ = {};
+    slot_distance_ = kInfinity;
+    relax(row, 0);
+    int end = nextColumn();
+    while (end >= 0 && row_of_[static_cast<std::size_t>(end)] >= 0) {
+      const auto column = static_cast<std::size_t>(end);
+      done_[column] = true;
+      relax(row_of_[column], distance_[column]);
+      end = nextColumn();
+    }
+    const double length = end >= 0 ? distance_[static_cast<std::size_t>(end)] : slot_distance_;
+    u_[static_cast<std::size_t>(row)] += length;
+    for (const std::size_t column : touched_) {
+      if (done_[column]) {
+        u_[static_cast<std::size_t>(row_of_[column])] += length - distance_[column];
+        v_[column] += distance_[column] - length;
+      }
+    }
+    shift(row, end >= 0 ? end : columnOf(slot_row_));
+    for (const std::size_t column : touched_) {
+      distance_[column] = kInfinity;
+      done_[column] = false;
+    }
+    touched_.clear();
+  }
+
+  /// The matched column of a row on the current path; -1 for the path's first row.
+  int columnOf(int row) const {
+    const auto it =
+        std::find_if(touched_.begin(), touched_.end(), [&](std::size_t c) { return done_[c] && row_of_[c] == row; });
+    return it == touched_.end() ? -1 : static_cast<int>(*it);
+  }
+
+  /// Hands the columns along the path that ends in `column` to their predecessors, back to the row that started it.
+  void shift(int start, int column) {
+    while (column >= 0) {
+      const auto c = static_cast<std::size_t>(column);
+      const int row = from_[c];
+      const int given_up = row == start ? -1 : columnOf(row);
+      row_of_[c] = row;
+      column = given_up;
+    }
+  }
+
+  std::vector<std::vector<Candidate>> candidates_;
+  double unmatched_;
+  std::vector<double> u_, v_;  // potentials of rows and columns
+  std::vector<int> row_of_;
+  std::vector<double> distance_;
+  std::vector<int> from_;
+  std::vector<bool> done_;
+  std::vector<std::size_t> touched_;
+  std::priority_queue<Reach, std::vector<Reach>, std::greater<>> heap_;
+  double slot_distance_ = kInfinity;
+  int slot_row_ = -1;
+};
+
+/// Ascending distinct values of one side of the candidates.
+std::vector<int> distinct(const std::vector<Candidate>& candidates, int Candidate::*side) {
   std::vector<int> keys;
-  for (const Candidate& c : block) {
+  keys.reserve(candidates.size());
+  for (const Candidate& c : candidates) {
     keys.push_back(c.*side);
   }
   std::sort(keys.begin(), keys.end());
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   return keys;
-}
-
-void solveBlock(const std::vector<Candidate>& block, double unmatched, std::vector<Candidate>& chosen) {
-  const std::vector<int> rows = distinct(block, &Candidate::row), columns = distinct(block, &Candidate::column);
-  const auto position = [](const std::vector<int>& keys, int key) {
-    return std::lower_bound(keys.begin(), keys.end(), key) - keys.begin();
-  };
-  // A cell without a candidate costs as much as no match at all, so choosing it means staying unmatched.
-  Eigen::MatrixXd cost =
-      Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(rows.size()), static_cast<Eigen::Index>(columns.size()), unmatched);
-  for (const Candidate& c : block) {
-    double& cell = cost(position(rows, c.row), position(columns, c.column));
-    cell = std::min(cell, c.cost);
-  }
-  const std::vector<int> column_of = assignDense(cost);
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    const int c = column_of[r];
-    if (c >= 0 && cost(static_cast<Eigen::Index>(r), c) < unmatched) {
-      chosen.push_back({rows[r], columns[static_cast<std::size_t>(c)], cost(static_cast<Eigen::Index>(r), c)});
-    }
-  }
 }
 
 }  // namespace
@@ -148,10 +214,30 @@ std::vector<int> assignDense(const Eigen::MatrixXd& cost) {
   return column_of;
 }
 
-std::vector<Candidate> assignBlocks(const std::vector<Candidate>& candidates, double unmatched) {
+std::vector<Candidate> assignSparse(const std::vector<Candidate>& candidates, double unmatched) {
+  const std::vector<int> rows = distinct(candidates, &Candidate::row),
+                         columns = distinct(candidates, &Candidate::column);
+  const auto position = [](const std::vector<int>& keys, int key) {
+    return static_cast<int>(std::lower_bound(keys.begin(), keys.end(), key) - keys.begin());
+  };
+  std::vector<std::vector<Candidate>> candidates_of_row(rows.size());
+  for (const Candidate& c : candidates) {
+    if (c.cost < unmatched) {
+      const int row = position(rows, c.row);
+      candidates_of_row[static_cast<std::size_t>(row)].push_back({row, position(columns, c.column), c.cost});
+    }
+  }
+  const SparseAssignment assignment(candidates_of_row, columns.size(), unmatched);
   std::vector<Candidate> chosen;
-  for (const std::vector<Candidate>& block : connectedBlocks(candidates, unmatched)) {
-    solveBlock(block, unmatched, chosen);
+  for (std::size_t column = 0; column < columns.size(); ++column) {
+    const int row = assignment.rowOf()[column];
+    if (row >= 0) {
+      double cost = unmatched;
+      for (const Candidate& c : candidates_of_row[static_cast<std::size_t>(row)]) {
+        cost = c.column == static_cast<int>(column) ? std::min(cost, c.cost) : cost;
+      }
+      chosen.push_back({rows[static_cast<std::size_t>(row)], columns[column], cost});
+    }
   }
   std::sort(chosen.begin(), chosen.end(), [](const Candidate& a, const Candidate& b) { return a.row < b.row; });
   return chosen;

@@ -5,8 +5,8 @@
 
 namespace hgg {
 
-/// Minimum-cost assignment of a rectangular cost matrix (Hungarian method by shortest augmenting paths, O(n^2 m)). Returns the
-/// column of each row, -1 for rows without one (more rows than columns). Costs must be finite.
+/// Minimum-cost assignment of a rectangular cost matrix (Hungarian method by shortest augmenting paths, O(n^2 m)).
+/// Returns the column of each row, -1 for rows without one (more rows than columns). Costs must be finite.
 std::vector<int> assignDense(const Eigen::MatrixXd& cost);
 
 struct Candidate {
@@ -14,9 +14,9 @@ struct Candidate {
   double cost = 0;
 };
 
-/// The one-to-one choice of candidates that minimises the summed cost where an unmatched row costs `unmatched`. Solves each
-/// connected block of the sparse candidate graph on its own; candidates costing `unmatched` or more are never chosen.
-/// Returned by row.
-std::vector<Candidate> assignBlocks(const std::vector<Candidate>& candidates, double unmatched);
+/// The one-to-one choice of candidates that minimises the summed cost where an unmatched row costs `unmatched`. Costs are
+/// not negative; candidates costing `unmatched` or more are never chosen. Works block by block of the sparse candidate
+/// graph: time grows with the candidates, not with rows times columns. Returned by row.
+std::vector<Candidate> assignSparse(const std::vector<Candidate>& candidates, double unmatched);
 
 }  // namespace hgg

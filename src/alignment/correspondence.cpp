@@ -40,7 +40,7 @@ std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
 std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGraph& active, const Pose& T_map_body,
                                        const AlignmentConfig& config) {
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
-  // The Wasserstein distance is never below the distance of the means, so this prunes nothing that could pass the gate.
+  // The Wasserstein distance is never below the distance of the means, so with a share of it in the cost this prunes nothing that could pass the gate.
   const double reach = config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
@@ -64,7 +64,8 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGrap
 
 }  // namespace
 
-std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map& map, const Pose& T_map_body, const Config& config) {
+std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map& map, const Pose& T_map_body,
+                                             const Config& config) {
   std::vector<ObjectPair> pairs;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
@@ -74,7 +75,8 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
     }
   }
   const ActiveGraph active = activeGraph(map, T_map_body.translation(), config);
-  for (const Candidate& c : assignBlocks(thingCandidates(local, active, T_map_body, config.alignment), config.alignment.gate)) {
+  for (const Candidate& c :
+       assignSparse(thingCandidates(local, active, T_map_body, config.alignment), config.alignment.gate)) {
     pairs.push_back({c.row, active.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
   }
   std::sort(pairs.begin(), pairs.end(), [](const ObjectPair& a, const ObjectPair& b) { return a.local < b.local; });

@@ -7,7 +7,8 @@ namespace hgg {
 namespace {
 
 void count(NeighborHistogram& histogram, ClassId label) {
-  const auto it = std::lower_bound(histogram.begin(), histogram.end(), label, [](const auto& bin, ClassId l) { return bin.first < l; });
+  const auto it = std::lower_bound(histogram.begin(), histogram.end(), label,
+                                   [](const auto& bin, ClassId l) { return bin.first < l; });
   if (it != histogram.end() && it->first == label) {
     ++it->second;
   } else {
@@ -17,7 +18,8 @@ void count(NeighborHistogram& histogram, ClassId label) {
 
 }  // namespace
 
-std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels, const std::vector<LocalEdge>& edges) {
+std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
+                                                  const std::vector<LocalEdge>& edges) {
   std::vector<NeighborHistogram> histograms(labels.size());
   for (const LocalEdge& e : edges) {
     count(histograms[static_cast<std::size_t>(e.a)], labels[static_cast<std::size_t>(e.b)]);

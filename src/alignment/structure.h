@@ -12,7 +12,8 @@ namespace hgg {
 using NeighborHistogram = std::vector<std::pair<ClassId, int>>;
 
 /// One histogram per node of a graph.
-std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels, const std::vector<LocalEdge>& edges);
+std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
+                                                  const std::vector<LocalEdge>& edges);
 
 /// L2 norm of the difference (E_st).
 double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b);

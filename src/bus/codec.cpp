@@ -19,6 +19,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "cloud records are read as they lie in the message");
 
 constexpr double kMinQuaternionNorm = 1e-3;
+constexpr double kMaxPosition = 1e7;  // m an axis: farther out, floats and tile indices give way
 
 /// Walks a message. The first failure sticks: what is read after it is zero, and `error` says what was wrong.
 /// LCM's generated decode is not used on bytes from outside: it trusts lengths, throws on negative ones and allocates
@@ -286,7 +287,9 @@ Result<OdometrySample> decodePose(Bytes message) {
   OdometrySample sample;
   sample.utime_us = in.utime();
   sample.T_odom_body.translation() = readVec3(in);
-  in.check(sample.T_odom_body.translation().allFinite(), "position is not finite");
+  const Vec3& position = sample.T_odom_body.translation();
+  in.check(position.allFinite(), "position is not finite");
+  in.check(!(position.cwiseAbs().maxCoeff() > kMaxPosition), "position is out of bounds (more than 10,000 km away)");
   readVec3(in);  // vel
   sample.T_odom_body.linear() = readOrientation(in).toRotationMatrix();
   readVec3(in);  // rotation_rate

@@ -44,7 +44,8 @@ Belief merge(const Belief& a, const Belief& b) {
   }
   const double share_a = a.kappa / kappa, share_b = b.kappa / kappa;
   const Vec3 d = a.mean - b.mean;
-  return {share_a * a.mean + share_b * b.mean, share_a * a.cov + share_b * b.cov + share_a * share_b * d * d.transpose(), kappa};
+  return {share_a * a.mean + share_b * b.mean,
+          share_a * a.cov + share_b * b.cov + share_a * share_b * d * d.transpose(), kappa};
 }
 
 Belief transform(const Pose& T_a_b, const Belief& b) {

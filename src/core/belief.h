@@ -46,8 +46,8 @@ Mat3 positionCovariance(const Belief& b);
 
 /// 2-Wasserstein distance of the two Gaussians in m (eq. wass).
 double wasserstein2(const Belief& a, const Belief& b);
-/// S1 of eq. metric: Mahalanobis distance of the means under the mean covariance plus the affine-invariant distance of the
-/// covariances; both covariances get sigma_floor first.
+/// S1 of eq. metric: Mahalanobis distance of the means under the mean covariance plus the affine-invariant distance of
+/// the covariances; both covariances get sigma_floor first.
 double edgeDistance(const Belief& a, const Belief& b, double sigma_floor);
 /// Bhattacharyya coefficient of the two Gaussians, 0 (apart) .. 1 (same), with sigma_floor on both covariances.
 double bhattacharyyaCoefficient(const Belief& a, const Belief& b, double sigma_floor);

@@ -34,7 +34,8 @@ class EntryReader {
       return std::nullopt;
     }
     // Not value(): it would take true for 1 and 20.0 for 20.
-    const std::optional<T> value = std::is_same_v<T, double> && node->is_integer() ? node->value<T>() : node->value_exact<T>();
+    std::optional<T> value =
+        std::is_same_v<T, double> && node->is_integer() ? node->value<T>() : node->value_exact<T>();
     if (!value) {
       complain(fmt::format("'{}' has the wrong type", key));
     }
@@ -131,12 +132,14 @@ std::string ClassTable::name(ClassId label) const {
 Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::string& source_name) {
   const toml::parse_result parsed = toml::parse(toml_text, source_name);
   if (!parsed) {
-    return Result<ClassTable>::fail(fmt::format("{}:{}: {}", source_name, parsed.error().source().begin.line, parsed.error().description()));
+    return Result<ClassTable>::fail(
+        fmt::format("{}:{}: {}", source_name, parsed.error().source().begin.line, parsed.error().description()));
   }
   std::vector<std::string> errors;
   for (const auto& [key, value] : parsed.table()) {
     if (key.str() != "class") {
-      errors.push_back(fmt::format("{}: unknown key '{}' (a class table holds [[class]] entries only)", source_name, key.str()));
+      errors.push_back(
+          fmt::format("{}: unknown key '{}' (a class table holds [[class]] entries only)", source_name, key.str()));
     }
   }
   const toml::array* entries = parsed.table()["class"].as_array();
@@ -150,14 +153,16 @@ Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::st
       errors.push_back(source_name + ": 'class' must be an array of tables");
       break;
     }
-    EntryReader reader(*entry_table, fmt::format("{}:{}: [[class]]", source_name, entry_table->source().begin.line), errors);
+    EntryReader reader(*entry_table, fmt::format("{}:{}: [[class]]", source_name, entry_table->source().begin.line),
+                       errors);
     const Entry entry = readEntry(reader);
     table.classes_.push_back(entry.info);
     for (const std::int64_t label : entry.labels) {
-      if (label < 0 || label > 65535) {
-        reader.complain(fmt::format("label {} is outside 0 .. 65535", label));
+      if (label < 0 || label > 65534) {
+        reader.complain(fmt::format("label {} is outside 0 .. 65534", label));
       } else if (std::int32_t& slot = table.by_label_[static_cast<std::size_t>(label)]; slot >= 0) {
-        reader.complain(fmt::format("label {} already belongs to '{}'", label, table.classes_[static_cast<std::size_t>(slot)].name));
+        reader.complain(fmt::format("label {} already belongs to '{}'", label,
+                                    table.classes_[static_cast<std::size_t>(slot)].name));
       } else {
         slot = static_cast<std::int32_t>(i);
       }
@@ -170,9 +175,10 @@ Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::st
 }
 
 Result<ClassTable> ClassTable::load(const std::string& path) {
-  const std::optional<std::string> text = readTextFile(path);
+  const std::optional<std::string> text = readFile(path);
   if (!text) {
-    return Result<ClassTable>::fail(fmt::format("{}: cannot read the class table (key 'classes' of the config names it)", path));
+    return Result<ClassTable>::fail(
+        fmt::format("{}: cannot read the class table (key 'classes' of the config names it)", path));
   }
   return parse(*text, path);
 }

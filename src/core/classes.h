@@ -25,7 +25,9 @@ struct ClassInfo {
 class ClassTable {
  public:
   /// nullptr when the label is not in the table.
-  const ClassInfo* find(ClassId label) const { return by_label_[label] < 0 ? nullptr : &classes_[static_cast<std::size_t>(by_label_[label])]; }
+  const ClassInfo* find(ClassId label) const {
+    return by_label_[label] < 0 ? nullptr : &classes_[static_cast<std::size_t>(by_label_[label])];
+  }
   const std::vector<ClassInfo>& classes() const { return classes_; }  // in the order of the file
   std::string name(ClassId label) const;                              // "class 17" when unknown
 

@@ -27,8 +27,8 @@ Mat3 choleskyLower(const Mat3& a) {
   return l;
 }
 
-/// Rotates the columns of m until they are orthogonal (one-sided Jacobi): m V = U diag(sigma). Unlike an eigendecomposition
-/// of m m^T it keeps the relative accuracy of small singular values.
+/// Rotates the columns of m until they are orthogonal (one-sided Jacobi): m V = U diag(sigma). Unlike an
+/// eigendecomposition of m m^T it keeps the relative accuracy of small singular values.
 Mat3 orthogonaliseColumns(Mat3 m) {
   for (int sweep = 0; sweep < 30; ++sweep) {
     bool rotated = false;

@@ -4,8 +4,8 @@
 
 namespace hgg {
 
-/// Operations on 3x3 symmetric positive-definite matrices by Jacobi rotations and Cholesky factors; nothing here iterates on
-/// a general-purpose solver. All hold for eigenvalue ratios down to 1e-6 and below.
+/// Operations on 3x3 symmetric positive-definite matrices by Jacobi rotations and Cholesky factors; nothing here
+/// iterates on a general-purpose solver. All hold for eigenvalue ratios down to 1e-6 and below.
 
 struct Eigen3 {
   Vec3 values;   // ascending

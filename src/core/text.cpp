@@ -5,7 +5,7 @@
 
 namespace hgg {
 
-std::optional<std::string> readTextFile(const std::string& path) {
+std::optional<std::string> readFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   file.peek();
   if (file.eof()) {

@@ -7,8 +7,8 @@
 
 namespace hgg {
 
-/// The whole of a file, which may be empty; nullopt when it cannot be read (missing, a directory, no permission).
-std::optional<std::string> readTextFile(const std::string& path);
+/// The bytes of a whole file, which may be empty; nullopt when it cannot be read (missing, a directory, no permission).
+std::optional<std::string> readFile(const std::string& path);
 
 /// (fmt::join draws a false overflow warning out of GCC 12.)
 std::string join(const std::vector<std::string>& parts, std::string_view separator);

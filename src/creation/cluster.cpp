@@ -11,7 +11,8 @@ namespace {
 
 using Index = std::int32_t;
 
-/// Cells have the edge r / sqrt(3), so any two points of a cell are neighbours. The margin keeps that true after rounding.
+/// Cells have the edge r / sqrt(3), so any two points of a cell are neighbours. The margin keeps that true after
+/// rounding.
 constexpr float kCellShare = 0.57735F * 0.9999F;
 /// Shells of range in which r grows by at most this: then neighbours are never more than two cells apart along an axis
 /// (three cells apart means a gap above 2 / sqrt(3) = 1.1547 of the shell's smallest r).
@@ -138,8 +139,8 @@ float boxGap(const PackedPoint& low_a, const PackedPoint& high_a, const PackedPo
   return (gap * gap).sum();
 }
 
-bool haveNeighbours(std::span<const PackedPoint> points, const Grid& grid, const Cell& a, const Cell& b, const RadiusLaw& law,
-                    float radius_max) {
+bool haveNeighbours(std::span<const PackedPoint> points, const Grid& grid, const Cell& a, const Cell& b,
+                    const RadiusLaw& law, float radius_max) {
   // One part in 1e5 of slack: a box test must never reject what the point test accepts.
   const float limit = radius_max * radius_max * 1.00001F;
   if (boxGap(a.low, a.high, b.low, b.high) > limit) {
@@ -159,8 +160,8 @@ bool haveNeighbours(std::span<const PackedPoint> points, const Grid& grid, const
   return false;
 }
 
-/// The half of the 5x5x5 stencil that comes after its centre (the other half is met from the other side), nearest first: close
-/// cells join cheaply, and then most far ones already share a component and need no test.
+/// The half of the 5x5x5 stencil that comes after its centre (the other half is met from the other side), nearest
+/// first: close cells join cheaply, and then most far ones already share a component and need no test.
 std::vector<Eigen::Array3i> halfStencil() {
   std::vector<Eigen::Array3i> offsets;
   for (int x = -2; x <= 2; ++x) {
@@ -172,7 +173,8 @@ std::vector<Eigen::Array3i> halfStencil() {
       }
     }
   }
-  std::stable_sort(offsets.begin(), offsets.end(), [](const auto& a, const auto& b) { return (a * a).sum() < (b * b).sum(); });
+  std::stable_sort(offsets.begin(), offsets.end(),
+                   [](const auto& a, const auto& b) { return (a * a).sum() < (b * b).sum(); });
   return offsets;
 }
 
@@ -195,7 +197,8 @@ void uniteShell(std::span<const PackedPoint> points, const std::vector<Index>& m
       const Cell& neighbour = grid.cells[static_cast<std::size_t>(c)];
       const Index first = grid.order[static_cast<std::size_t>(cell.begin)];
       const Index second = grid.order[static_cast<std::size_t>(neighbour.begin)];
-      if (components.root(first) != components.root(second) && haveNeighbours(points, grid, cell, neighbour, law, r_high)) {
+      if (components.root(first) != components.root(second) &&
+          haveNeighbours(points, grid, cell, neighbour, law, r_high)) {
         components.unite(first, second);
       }
     }

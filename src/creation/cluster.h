@@ -11,8 +11,8 @@ namespace hgg {
 /// A point of one instance or class: x, y, z and a padding zero, so that four lanes load at once.
 using PackedPoint = Eigen::Array4f;
 
-/// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d). slope is the beam factor times
-/// the vertical beam spacing (rad): beams of a spinning LiDAR spread with range. slope < 0.15.
+/// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d). slope is the beam
+/// factor times the vertical beam spacing (rad): beams of a spinning LiDAR spread with range. slope < 0.15.
 struct RadiusLaw {
   float radius_min = 0.5F;
   float slope = 0;
@@ -23,7 +23,8 @@ struct RadiusLaw {
 inline bool areNeighbours(const PackedPoint& p, const PackedPoint& q, const RadiusLaw& law) {
   const PackedPoint d = p - q;
   const float square = (d * d).sum();
-  return square < law.radius_min * law.radius_min || square < law.slope * law.slope * std::min((p * p).sum(), (q * q).sum());
+  return square < law.radius_min * law.radius_min ||
+         square < law.slope * law.slope * std::min((p * p).sum(), (q * q).sum());
 }
 
 /// Euclidean clustering: the connected components of areNeighbours, exactly, in time linear in the number of points for

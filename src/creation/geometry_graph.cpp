@@ -27,9 +27,14 @@ Split widestAxis(std::span<const PackedPoint> points) {
   return split;
 }
 
-/// Number of points that go left. Falls back to the median where the mean would cut off a sliver, so depth stays logarithmic.
+/// Number of points that go left, 0 where all coincide. Falls back to the median where the mean would cut off a sliver,
+/// so depth stays logarithmic.
 std::size_t splitPoints(std::span<PackedPoint> points, const Split& split) {
-  const auto middle = std::partition(points.begin(), points.end(), [&](const PackedPoint& p) { return p[split.axis] < split.at; });
+  if (split.width == 0) {
+    return 0;
+  }
+  const auto middle =
+      std::partition(points.begin(), points.end(), [&](const PackedPoint& p) { return p[split.axis] < split.at; });
   const auto left = static_cast<std::size_t>(middle - points.begin());
   if (16 * std::min(left, points.size() - left) >= points.size()) {
     return left;
@@ -49,15 +54,16 @@ LocalLeaf leafOf(std::span<const PackedPoint> points, const Pose& T_body_object)
   return {R.transpose() * (b.mean - T_body_object.translation()), R.transpose() * b.cov * R, b.kappa};
 }
 
-/// Where few points leave a wide part, a gap may lie in it that no surface spans. Sorts the points along their widest axis and
-/// returns how many lie before the widest gap, 0 when no gap is wider than `bridge` at that range.
+/// Where few points leave a wide part, a gap may lie in it that no surface spans. Sorts the points along their widest
+/// axis and returns how many lie before the widest gap, 0 when no gap is wider than `bridge` at that range.
 std::size_t splitAtGap(std::span<PackedPoint> points, const RadiusLaw& bridge) {
   const Split split = widestAxis(points);
   const float allowed = bridge.at(std::sqrt((points[0] * points[0]).sum()));
   if (split.width <= allowed) {
     return 0;
   }
-  std::sort(points.begin(), points.end(), [&](const PackedPoint& p, const PackedPoint& q) { return p[split.axis] < q[split.axis]; });
+  std::sort(points.begin(), points.end(),
+            [&](const PackedPoint& p, const PackedPoint& q) { return p[split.axis] < q[split.axis]; });
   std::size_t before = 0;
   float widest = allowed;
   for (std::size_t k = 1; k < points.size(); ++k) {
@@ -77,7 +83,8 @@ struct Partition {
   std::vector<LocalLeaf> leaves;
 
   void add(std::span<PackedPoint> points) {
-    const std::size_t left = points.size() > leaf_points ? splitPoints(points, widestAxis(points)) : splitAtGap(points, bridge);
+    const std::size_t left =
+        points.size() > leaf_points ? splitPoints(points, widestAxis(points)) : splitAtGap(points, bridge);
     if (left == 0) {
       leaves.push_back(leafOf(points, T_body_object));
       return;

@@ -9,12 +9,14 @@
 
 namespace hgg {
 
-/// Object frame of a belief: origin at its mean, axes along the eigenvectors of its extent (x the longest), right-handed.
+/// Object frame of a belief: origin at its mean, axes along the eigenvectors of its extent (x the longest),
+/// right-handed.
 Pose objectFrame(const Belief& belief);
 
-/// k-d partition of an instance's points (reordered in place) until a part has at most `leaf_points`; splits the widest axis at
-/// its mean. A part is cut again where it would bridge a gap wider than `bridge` allows at its range, so that no leaf spans the
-/// empty space between two clumps of a stuff tile. Each part becomes a leaf Gaussian in the object frame.
+/// k-d partition of an instance's points (reordered in place) until a part has at most `leaf_points`; splits the widest
+/// axis at its mean. A part is cut again where it would bridge a gap wider than `bridge` allows at its range, so that
+/// no leaf spans the empty space between two clumps of a stuff tile. Each part becomes a leaf Gaussian in the object
+/// frame.
 std::vector<LocalLeaf> partitionLeaves(std::span<PackedPoint> points, const Pose& T_body_object, int leaf_points,
                                        const RadiusLaw& bridge);
 

@@ -24,7 +24,8 @@ struct Grouping {
 
 std::uint64_t groupKey(const ClassInfo& info, std::uint32_t instance, const Tile& tile) {
   const auto lane = [](std::int32_t v) { return static_cast<std::uint64_t>(v) & 0x7FFF; };
-  const std::uint64_t low = info.kind == ClassKind::kStuff ? lane(tile.x) << 30 | lane(tile.y) << 15 | lane(tile.z) : instance;
+  const std::uint64_t low =
+      info.kind == ClassKind::kStuff ? lane(tile.x) << 30 | lane(tile.y) << 15 | lane(tile.z) : instance;
   return static_cast<std::uint64_t>(info.id) << 48 | low;
 }
 
@@ -51,11 +52,13 @@ class GroupTable {
   std::uint32_t last_ = 0;
 };
 
-Grouping groupPoints(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config, Instances& out) {
+Grouping groupPoints(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config,
+                     Instances& out) {
   const Eigen::Matrix3f R = T_map_body.linear().cast<float>();
   const Vec3 origin = T_map_body.translation() / config.creation.tile_size + Vec3::Constant(0.5);
   const auto per_tile = static_cast<float>(1 / config.creation.tile_size);
-  const auto range_min = static_cast<float>(config.frame.range_min), range_max = static_cast<float>(config.frame.range_max);
+  const auto range_min = static_cast<float>(config.frame.range_min),
+             range_max = static_cast<float>(config.frame.range_max);
   Grouping g;
   g.points.reserve(frame.points.size());
   g.group_of.reserve(frame.points.size());
@@ -119,7 +122,8 @@ void splitIntoClusters(const Group& group, const RadiusLaw& law, Instances& out)
   for (const std::size_t count : end) {
     cursor.push_back(offset);
     if (count >= static_cast<std::size_t>(group.info->min_points)) {
-      out.list.push_back({group.info->id, group.instance, false, {}, group.begin + offset, group.begin + offset + count});
+      out.list.push_back(
+          {group.info->id, group.instance, false, {}, group.begin + offset, group.begin + offset + count});
     }
     offset += count;
   }
@@ -141,7 +145,8 @@ Tile tileOf(const Vec3& p_map, double tile_size) {
   return {t[0], t[1], t[2]};
 }
 
-Instances segmentInstances(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config) {
+Instances segmentInstances(const Frame& frame, const Pose& T_map_body, const ClassTable& classes,
+                           const Config& config) {
   Instances out;
   Grouping grouping = groupPoints(frame, T_map_body, classes, config, out);
   out.points = sortByGroup(grouping);

@@ -19,8 +19,8 @@ struct Instance {
   std::size_t begin = 0, end = 0;
 };
 
-/// A frame cut into instances: things by Euclidean clustering inside each (class, segmenter instance), stuff by map-frame
-/// tiles. Points of dropped clusters stay in `points` without an instance.
+/// A frame cut into instances: things by Euclidean clustering inside each (class, segmenter instance), stuff by
+/// map-frame tiles. Points of dropped clusters stay in `points` without an instance.
 struct Instances {
   std::vector<PackedPoint> points;
   std::vector<Instance> list;

@@ -24,8 +24,8 @@ class PointTree {
     }
   }
 
-  /// Visits the points of every box for which `skip(box, square distance from `towards` to the box)` is false, nearer boxes
-  /// first; ends when `visit(index)` returns true and then returns true.
+  /// Visits the points of every box for which `skip(box, square distance from `towards` to the box)` is false, nearer
+  /// boxes first; ends when `visit(index)` returns true and then returns true.
   template <typename Skip, typename Visit>
   bool search(const Vec3& towards, Skip skip, Visit visit) const {
     return !nodes_.empty() && search(0, squareGap(nodes_[0], towards), towards, skip, visit);
@@ -85,7 +85,8 @@ class PointTree {
   std::vector<Node> nodes_;
 };
 
-/// The nearest points of i, nearest first, with their offsets from it. They block nearly everything i is not a neighbour of.
+/// The nearest points of i, nearest first, with their offsets from it. They block nearly everything i is not a
+/// neighbour of.
 struct Blockers {
   static constexpr std::size_t kMost = 8;
   std::array<Vec3, kMost> point, offset;
@@ -120,14 +121,15 @@ Blockers nearestPoints(std::span<const Vec3> points, const PointTree& tree, int 
   return near;
 }
 
-/// True when some blocker comes between i and every point of the box: all of the box is nearer to the blocker than to i, and
-/// farther from i than the blocker is. The margins keep points that tie in exact arithmetic.
+/// True when some blocker comes between i and every point of the box: all of the box is nearer to the blocker than to
+/// i, and farther from i than the blocker is. The margins keep points that tie in exact arithmetic.
 bool blockBox(const Blockers& near, const PointTree::Node& box, double gap, const Vec3& p_i) {
   const Vec3 low = box.low - p_i, high = box.high - p_i;
   const double margin = 1e-12 * (low.squaredNorm() + high.squaredNorm());
   for (std::size_t k = 0; k < near.count && near.square[k] < gap * (1 - 1e-12); ++k) {
     const Vec3& n = near.offset[k];
-    const double nearest = n.cwiseProduct(low).cwiseMin(n.cwiseProduct(high)).sum();  // smallest (q - p_i) . n in the box
+    const double nearest =
+        n.cwiseProduct(low).cwiseMin(n.cwiseProduct(high)).sum();  // smallest (q - p_i) . n in the box
     if (2 * nearest > near.square[k] + margin) {
       return true;
     }

@@ -40,7 +40,8 @@ std::vector<LocalEdge> connectObjects(const std::vector<GraphNode>& nodes, const
   std::vector<LocalEdge> edges;
   double s1_max = 0;
   for (const auto& [a, b] : relativeNeighborhood(means)) {
-    const double s1 = edgeDistance(*nodes[static_cast<std::size_t>(a)].belief, *nodes[static_cast<std::size_t>(b)].belief, config.sigma_floor);
+    const double s1 = edgeDistance(*nodes[static_cast<std::size_t>(a)].belief,
+                                   *nodes[static_cast<std::size_t>(b)].belief, config.sigma_floor);
     s1_max = std::max(s1_max, s1);
     edges.push_back({a, b, s1});
   }
@@ -52,7 +53,8 @@ std::vector<LocalEdge> connectObjects(const std::vector<GraphNode>& nodes, const
   return edges;
 }
 
-LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config) {
+LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const ClassTable& classes,
+                            const Config& config) {
   Instances instances = segmentInstances(frame, T_map_body, classes, config);
   LocalGraph graph;
   graph.utime_us = frame.utime_us;

@@ -93,14 +93,17 @@ std::string exportJson(const StoredMap& stored) {
     const Vec3 t = k.T_map_body.translation();
     j["keyframes"].push_back({{"utime", k.utime_us}, {"pose", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}});
   }
-  return j.dump() + "\n";
+  // A map from elsewhere may carry names that are no UTF-8: replaced, not thrown at.
+  return j.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string exportPly(const StoredMap& stored) {
   std::string out = fmt::format(
-      "ply\nformat binary_little_endian 1.0\ncomment hggmap: one vertex a leaf Gaussian, map frame, metres\nelement vertex {}\n"
+      "ply\nformat binary_little_endian 1.0\ncomment hggmap: one vertex a leaf Gaussian, map frame, metres\nelement "
+      "vertex {}\n"
       "property float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
-      "property float s0\nproperty float s1\nproperty float s2\nproperty float kappa\nproperty int object\nproperty ushort label\n"
+      "property float s0\nproperty float s1\nproperty float s2\nproperty float kappa\nproperty int object\nproperty "
+      "ushort label\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
       stored.map.leafCount());
   for (const auto& [id, node] : stored.map.nodes()) {
@@ -109,7 +112,8 @@ std::string exportPly(const StoredMap& stored) {
       const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
       const Eigen3 e = eigenSymmetric(b.cov);
       for (const Vec3& v : {b.mean, Vec3(e.vectors.col(0)), Vec3(e.values.cwiseMax(0).cwiseSqrt())}) {
-        append(out, static_cast<float>(v.x())), append(out, static_cast<float>(v.y())), append(out, static_cast<float>(v.z()));
+        append(out, static_cast<float>(v.x())), append(out, static_cast<float>(v.y())),
+            append(out, static_cast<float>(v.z()));
       }
       append(out, leaf.kappa);
       append(out, static_cast<std::int32_t>(id));

@@ -10,10 +10,10 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <span>
-#include <string_view>
+
+#include "core/text.h"
 
 namespace hgg {
 namespace {
@@ -24,6 +24,7 @@ constexpr std::string_view kMagic = "HGGMAP\r\n";
 constexpr std::string_view kEnd = "END.";
 constexpr std::uint32_t kVersion = 1;
 constexpr std::size_t kFrameBytes = 4U << 20;
+constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
 constexpr int kCompressionLevel = 3;
 
 class Writer {
@@ -31,6 +32,9 @@ class Writer {
   template <typename T>
   void put(T value) {
     static_assert(std::is_arithmetic_v<T>);
+    if constexpr (std::is_floating_point_v<T>) {
+      finite_ = finite_ && std::isfinite(value);
+    }
     const auto* bytes = reinterpret_cast<const char*>(&value);
     out_.append(bytes, sizeof(T));
   }
@@ -53,11 +57,15 @@ class Writer {
     put(b.kappa);
   }
   const std::string& bytes() const { return out_; }
+  /// False when a number was not finite: the reader would refuse the file.
+  bool finite() const { return finite_; }
 
-  static constexpr std::pair<Eigen::Index, Eigen::Index> kCovarianceOrder[] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  static constexpr std::pair<Eigen::Index, Eigen::Index> kCovarianceOrder[] = {{0, 0}, {1, 1}, {2, 2},
+                                                                               {0, 1}, {0, 2}, {1, 2}};
 
  private:
   std::string out_;
+  bool finite_ = true;
 };
 
 /// Bounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
@@ -81,7 +89,8 @@ class Reader {
     rest_.remove_prefix(bytes.size());
     return bytes;
   }
-  /// A count of items of at least `item_bytes` each; one that cannot fit in what is left is an error, not an allocation.
+  /// A count of items of at least `item_bytes` each; one that cannot fit in what is left is an error, not an
+  /// allocation.
   std::size_t count(std::uint64_t n, std::size_t item_bytes) {
     good_ = good_ && n <= rest_.size() / item_bytes;
     return good_ ? static_cast<std::size_t>(n) : 0;
@@ -160,7 +169,7 @@ MapNode getNode(Reader& r) {
   return node;
 }
 
-std::string encodePayload(const Map& map, const std::vector<Edge>& edges) {
+Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
   Writer w;
   w.put(static_cast<std::uint32_t>(map.classNames().size()));
   for (const auto& [id, name] : map.classNames()) {
@@ -168,6 +177,7 @@ std::string encodePayload(const Map& map, const std::vector<Edge>& edges) {
     w.put(static_cast<std::uint16_t>(name.size()));
     w.put(std::string_view(name));
   }
+  w.put(map.tileSize());
   w.put(map.revision());
   w.put(map.nextId());
   w.put(static_cast<std::uint64_t>(map.keyframes().size()));
@@ -184,7 +194,7 @@ std::string encodePayload(const Map& map, const std::vector<Edge>& edges) {
     w.put(e.a), w.put(e.b), w.put(e.weight);
   }
   w.put(kEnd);
-  return w.bytes();
+  return w;
 }
 
 /// nullopt when the payload does not follow the grammar.
@@ -195,6 +205,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload) {
     const auto id = r.get<ClassId>();
     names[id] = std::string(r.take(r.get<std::uint16_t>()));
   }
+  const auto tile_size = r.get<double>();
   const auto revision = r.get<std::int64_t>();
   const auto next_id = r.get<NodeId>();
   std::vector<TimedPose> keyframes(r.count(r.get<std::uint64_t>(), 8 + 96));
@@ -207,7 +218,8 @@ std::optional<StoredMap> decodePayload(std::string_view payload) {
   std::set<std::pair<ClassId, Tile>> tiles;
   for (MapNode& node : nodes) {
     node = getNode(r);
-    r.require(node.id > last_id && node.belief.kappa >= 0 && (!node.stuff || tiles.emplace(node.label, node.tile).second));
+    r.require(node.id > last_id && node.belief.kappa >= 0 &&
+              (!node.stuff || tiles.emplace(node.label, node.tile).second));
     last_id = node.id;
   }
   std::vector<Edge> edges(r.count(r.get<std::uint64_t>(), 20));
@@ -218,7 +230,9 @@ std::optional<StoredMap> decodePayload(std::string_view payload) {
   if (!r.good()) {
     return std::nullopt;
   }
-  StoredMap stored{Map::restore(std::move(nodes), std::move(keyframes), std::move(names), revision, next_id), std::move(edges)};
+  StoredMap stored{Map::restore(std::move(nodes), std::move(keyframes), std::move(names), revision, next_id),
+                   std::move(edges)};
+  stored.map.setTileSize(tile_size);
   for (const Edge& e : stored.edges) {
     if (e.a >= e.b || stored.map.find(e.a) == nullptr || stored.map.find(e.b) == nullptr) {
       return std::nullopt;
@@ -250,7 +264,7 @@ Result<std::string> decompress(std::string_view frames) {
       return Result<std::string>::fail("truncated or corrupted (a block is incomplete)");
     }
     const unsigned long long size = ZSTD_getFrameContentSize(frames.data(), packed);
-    if (size == 0 || size > kFrameBytes) {
+    if (size == 0 || size > kFrameBytes || payload.size() > kMaxPayload) {
       return Result<std::string>::fail("corrupted (a block has an impossible size)");
     }
     const std::size_t at = payload.size();
@@ -263,6 +277,13 @@ Result<std::string> decompress(std::string_view frames) {
   return Result<std::string>::ok(std::move(payload));
 }
 
+std::string pack(std::string_view payload) {
+  Writer header;
+  header.put(kMagic);
+  header.put(kVersion);
+  return header.bytes() + compress(payload);
+}
+
 /// Writes and syncs `bytes`; empty when done, else the reason.
 std::string writeDurably(const std::string& path, std::string_view bytes) {
   const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
@@ -272,7 +293,7 @@ std::string writeDurably(const std::string& path, std::string_view bytes) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno != EINTR) {
-      const std::string why = std::strerror(errno);
+      std::string why = std::strerror(errno);
       ::close(fd);
       return why;
     }
@@ -284,12 +305,37 @@ std::string writeDurably(const std::string& path, std::string_view bytes) {
 
 }  // namespace
 
+std::string encodeMap(const Map& map, const std::vector<Edge>& edges) {
+  return pack(encodePayload(map, edges).bytes());
+}
+
+Result<StoredMap> decodeMap(std::string_view bytes) {
+  const std::size_t header_bytes = kMagic.size() + sizeof(kVersion);
+  if (bytes.size() < header_bytes || bytes.substr(0, kMagic.size()) != kMagic) {
+    return Result<StoredMap>::fail("not an hggmap map");
+  }
+  std::uint32_t version = 0;
+  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
+  if (version != kVersion) {
+    return Result<StoredMap>::fail(
+        fmt::format("map format version {}, this hggmap reads version {}", version, kVersion));
+  }
+  const Result<std::string> payload = decompress(bytes.substr(header_bytes));
+  if (!payload) {
+    return Result<StoredMap>::fail(payload.error);
+  }
+  std::optional<StoredMap> stored = decodePayload(*payload);
+  return stored ? Result<StoredMap>::ok(std::move(*stored))
+                : Result<StoredMap>::fail("truncated or corrupted (its contents do not follow the format)");
+}
+
 std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path) {
-  Writer header;
-  header.put(kMagic);
-  header.put(kVersion);
+  const Writer payload = encodePayload(map, edges);
+  if (!payload.finite()) {
+    return fmt::format("{}: the map holds numbers that are not finite; it is not written", path);
+  }
   const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
-  std::string why = writeDurably(temporary, header.bytes() + compress(encodePayload(map, edges)));
+  std::string why = writeDurably(temporary, pack(payload.bytes()));
   if (why.empty() && std::rename(temporary.c_str(), path.c_str()) != 0) {
     why = std::strerror(errno);
   }
@@ -306,26 +352,12 @@ Result<StoredMap> loadMap(const std::string& path) {
   if (!std::filesystem::is_regular_file(path, error)) {
     return fail("no such map file");
   }
-  std::ifstream file(path, std::ios::binary);
-  const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file) {
+  const std::optional<std::string> bytes = readFile(path);
+  if (!bytes) {
     return fail("cannot read the file");
   }
-  const std::size_t header_bytes = kMagic.size() + sizeof(kVersion);
-  if (bytes.size() < header_bytes || std::string_view(bytes).substr(0, kMagic.size()) != kMagic) {
-    return fail("not an hggmap map");
-  }
-  std::uint32_t version = 0;
-  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
-  if (version != kVersion) {
-    return fail(fmt::format("map format version {}, this hggmap reads version {}", version, kVersion));
-  }
-  const Result<std::string> payload = decompress(std::string_view(bytes).substr(header_bytes));
-  if (!payload) {
-    return fail(payload.error);
-  }
-  std::optional<StoredMap> stored = decodePayload(*payload);
-  return stored ? Result<StoredMap>::ok(std::move(*stored)) : fail("truncated or corrupted (its contents do not follow the format)");
+  Result<StoredMap> stored = decodeMap(*bytes);
+  return stored ? std::move(stored) : fail(stored.error);
 }
 
 }  // namespace hgg

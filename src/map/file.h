@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/result.h"
@@ -14,8 +15,9 @@ namespace hgg {
 ///   magic     := 8 bytes "HGGMAP\r\n"          (a text-mode transfer breaks it visibly)
 ///   version   := u32, 1
 ///   frame     := a zstd frame with content size and content checksum; at most 4 MiB of the payload
-///   payload   := classes revision next_id keyframes nodes edges "END."     (the frames' contents, joined)
+///   payload   := classes tile_size revision next_id keyframes nodes edges "END."     (the frames' contents, joined)
 ///   classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
+///   tile_size := f64                                                                       m, edge of the stuff tiles
 ///   revision  := i64
 ///   next_id   := i64                            the id of the next new node; above every id that was ever given
 ///   keyframes := u64 count, count x { i64 utime_us, pose T_map_body }
@@ -29,14 +31,20 @@ namespace hgg {
 ///
 /// Equal maps give equal bytes.
 
-/// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power cut never
-/// meets half a map. Returns an error line, empty when done.
+/// The bytes of a map file.
+std::string encodeMap(const Map& map, const std::vector<Edge>& edges);
+
+/// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power
+/// cut never meets half a map. Returns an error line, empty when done.
 std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path);
 
 struct StoredMap {
   Map map;
   std::vector<Edge> edges;
 };
+
+/// Reads the bytes of a map file.
+Result<StoredMap> decodeMap(std::string_view bytes);
 
 /// Reads a map file; truncated, corrupted, foreign or newer files are an error, never a crash.
 Result<StoredMap> loadMap(const std::string& path);

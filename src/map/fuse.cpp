@@ -12,8 +12,8 @@ namespace {
 /// Cell of the leaf grid: level of detail, then the cell's index at that level.
 using CellIndex = std::array<std::int32_t, 4>;
 
-/// Leaves up to this many cells wide live in the cells of a level. What fills a cell evenly is one cell wide, and 1.41 once its
-/// pieces have their middles all over the cell.
+/// Leaves up to this many cells wide live in the cells of a level. What fills a cell evenly is one cell wide, and 1.41
+/// once its pieces have their middles all over the cell.
 constexpr float kCellsWide = 1.5F;
 constexpr std::int32_t kLevels = 16;
 
@@ -26,7 +26,9 @@ CellIndex cellOf(const Leaf& leaf, float leaf_size) {
   while (level + 1 < kLevels && width > kCellsWide * cellSize(level, leaf_size)) {
     ++level;
   }
-  const auto index = [&](std::size_t k) { return static_cast<std::int32_t>(std::floor(leaf.mean[k] / cellSize(level, leaf_size))); };
+  const auto index = [&](std::size_t k) {
+    return static_cast<std::int32_t>(std::floor(leaf.mean[k] / cellSize(level, leaf_size)));
+  };
   return {level, index(0), index(1), index(2)};
 }
 
@@ -38,10 +40,12 @@ struct KeyedLeaf {
 using LeafGrid = std::vector<KeyedLeaf>;  // ascending by cell, one leaf a cell
 
 LeafGrid::iterator lowerBound(LeafGrid& grid, const CellIndex& cell) {
-  return std::lower_bound(grid.begin(), grid.end(), cell, [](const KeyedLeaf& k, const CellIndex& c) { return k.cell < c; });
+  return std::lower_bound(grid.begin(), grid.end(), cell,
+                          [](const KeyedLeaf& k, const CellIndex& c) { return k.cell < c; });
 }
 
-/// The leaf nearest to `leaf` in the up to seven cells that come within half a cell of it; nullptr when none is that near.
+/// The leaf nearest to `leaf` in the up to seven cells that come within half a cell of it; nullptr when none is that
+/// near.
 Leaf* findNextDoor(LeafGrid& grid, const CellIndex& home, const Leaf& leaf, float leaf_size) {
   const float cell = cellSize(home[0], leaf_size);
   Leaf* best = nullptr;
@@ -117,8 +121,8 @@ void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, M
 /// Nodes touched by this frame, in a working copy; ids of new nodes are negative until the map gives them real ones.
 using Touched = std::map<NodeId, MapNode>;
 
-Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
-                   double leaf_size) {
+Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body,
+                   const std::vector<ObjectPair>& pairs, double leaf_size) {
   Touched touched;
   std::vector<NodeId> node_of(local.objects.size(), 0);
   for (const ObjectPair& pair : pairs) {
@@ -137,8 +141,8 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   return touched;
 }
 
-/// A box holds its uniformly spread surface within sqrt(3) standard deviations of its middle along each axis, a surface seen
-/// from one side within about two.
+/// A box holds its uniformly spread surface within sqrt(3) standard deviations of its middle along each axis, a surface
+/// seen from one side within about two.
 constexpr double kBoxSigmas = 2;
 
 /// True when `p` lies inside the box of the belief's extent.
@@ -151,7 +155,10 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
 /// A node with at most this share of its neighbour's evidence can be a piece of it.
 constexpr double kFragmentShare = 0.1;
 
-/// Distance between the surfaces of two leaves along the line of their means, each reaching kBoxSigmas from its own.
+/// An evenly spread patch ends this many standard deviations from its middle.
+constexpr double kPatchSigmas = 1.732;
+
+/// Distance between two leaves along the line of their means, each reaching kPatchSigmas from its own.
 double surfaceGap(const Belief& a, const Belief& b) {
   const Vec3 d = b.mean - a.mean;
   const double length = d.norm();
@@ -159,27 +166,32 @@ double surfaceGap(const Belief& a, const Belief& b) {
     return 0;
   }
   const Vec3 u = d / length;
-  return length - kBoxSigmas * (std::sqrt(std::max(u.dot(a.cov * u), 0.0)) + std::sqrt(std::max(u.dot(b.cov * u), 0.0)));
+  return length -
+         kPatchSigmas * (std::sqrt(std::max(u.dot(a.cov * u), 0.0)) + std::sqrt(std::max(u.dot(b.cov * u), 0.0)));
 }
 
-/// True when the surfaces of the nodes' leaves come closer than `radius`: what clustering calls one object within a frame.
+/// True when the surfaces of the nodes' leaves come closer than `radius`: what clustering calls one object within a
+/// frame.
 bool touch(const MapNode& a, const MapNode& b, double radius) {
   const Pose T_a_b = a.T_map_object.inverse() * b.T_map_object;
   return std::any_of(b.leaves.begin(), b.leaves.end(), [&](const Leaf& leaf_b) {
     const Belief piece = transform(T_a_b, unpackLeaf(leaf_b));
-    return std::any_of(a.leaves.begin(), a.leaves.end(), [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
+    return std::any_of(a.leaves.begin(), a.leaves.end(),
+                       [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
   });
 }
 
-/// One object seen as two: the extents overlap, the smaller one's middle lies inside the larger one, or one is a piece, with
-/// little evidence, that touches the other.
+/// One object seen as two: the extents overlap, the smaller one's middle lies inside the larger one, or one is a piece,
+/// with little evidence, that touches the other.
 bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, const Config& config) {
   const double floor = config.creation.sigma_floor;
   const bool a_larger = a.belief.cov.trace() >= b.belief.cov.trace();
-  const MapNode &large = a_larger ? a : b, &small = a_larger ? b : a;
-  return boxContains(large.belief, small.belief.mean, floor) ||
-         bhattacharyyaCoefficient(large.belief, small.belief, floor) > config.map.merge_overlap ||
-         (small.belief.kappa < kFragmentShare * large.belief.kappa && touch(large, small, cluster_radius));
+  const Belief &large = a_larger ? a.belief : b.belief, &small = a_larger ? b.belief : a.belief;
+  const bool a_stronger = a.belief.kappa >= b.belief.kappa;
+  const MapNode &whole = a_stronger ? a : b, &piece = a_stronger ? b : a;
+  return boxContains(large, small.mean, floor) ||
+         bhattacharyyaCoefficient(large, small, floor) > config.map.merge_overlap ||
+         (piece.belief.kappa < kFragmentShare * whole.belief.kappa && touch(whole, piece, cluster_radius));
 }
 
 /// The state of a node after this frame so far; nullptr when it has been absorbed.
@@ -192,18 +204,22 @@ const MapNode* findCurrent(const Map& map, const Touched& touched, const std::ve
   return gone ? nullptr : map.find(id);
 }
 
-/// Another node that is one object with the touched node `id`; 0 when there is none.
-NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id, double cluster_radius,
-                const Config& config) {
+/// Another node, its mean within the gate, that is one object with the touched thing `id`; 0 when there is none.
+NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id,
+                double cluster_radius, const Config& config) {
   const MapNode& self = touched.at(id);
   std::vector<NodeId> others = map.near(self.belief.mean, config.alignment.gate);
+  const auto isNear = [&](const MapNode& node) {
+    return node.label == self.label && (node.belief.mean - self.belief.mean).norm() < config.alignment.gate;
+  };
   for (auto it = touched.begin(); it != touched.end() && it->first < 0; ++it) {
-    others.push_back(it->first);
+    if (isNear(it->second)) {
+      others.push_back(it->first);
+    }
   }
   for (const NodeId other : others) {
     const MapNode* node = other == id ? nullptr : findCurrent(map, touched, removed, other);
-    if (node != nullptr && node->label == self.label && !node->stuff &&
-        (node->belief.mean - self.belief.mean).norm() < config.alignment.gate && areOneObject(self, *node, cluster_radius, config)) {
+    if (node != nullptr && isNear(*node) && areOneObject(self, *node, cluster_radius, config)) {
       return other;
     }
   }
@@ -216,7 +232,8 @@ NodeId survivor(NodeId a, NodeId b) {
 }
 
 /// Merges every touched thing with the nodes it is one object with; ids absorbed out of the map go to `removed`.
-void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config, std::vector<NodeId>& removed) {
+void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config,
+                 std::vector<NodeId>& removed) {
   std::vector<NodeId> queue;
   for (const auto& [id, node] : touched) {
     if (!node.stuff) {
@@ -247,7 +264,8 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
 
 }  // namespace
 
-void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions, double leaf_size) {
+void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions,
+                double leaf_size) {
   const auto size = static_cast<float>(leaf_size);
   LeafGrid grid = gridOf(leaves, size);
   for (const Belief& addition : additions) {

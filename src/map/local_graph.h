@@ -12,8 +12,8 @@ namespace hgg {
 /// A leaf Gaussian of a frame's geometry graph, in the object frame.
 using LocalLeaf = Belief;
 
-/// An object node of one frame, body frame. The object frame T_body_object has its origin at the mean and its axes along the
-/// eigenvectors of the extent.
+/// An object node of one frame, body frame. The object frame T_body_object has its origin at the mean and its axes
+/// along the eigenvectors of the extent.
 struct LocalObject {
   ClassId label = 0;
   std::uint32_t instance = 0;  // the segmenter's, 0 = none

@@ -7,8 +7,8 @@
 namespace hgg {
 namespace {
 
-constexpr double kCellSize = 10.0;            // m, of the index over node means
-constexpr double kKeyframeDistance = 2.0;     // m
+constexpr double kCellSize = 10.0;         // m, of the index over node means
+constexpr double kKeyframeDistance = 2.0;  // m
 constexpr double kKeyframeAngle = 20.0 * M_PI / 180;
 
 Tile cellOf(const Vec3& mean) {
@@ -103,7 +103,8 @@ std::vector<NodeId> Map::near(const Vec3& centre, double radius) const {
 
 double Map::megabytes() const {
   // A tree node and its index entries cost about 100 B beside the payload.
-  const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 100) + leaf_count_ * sizeof(Leaf) + keyframes_.size() * sizeof(TimedPose);
+  const std::size_t bytes =
+      nodes_.size() * (sizeof(MapNode) + 100) + leaf_count_ * sizeof(Leaf) + keyframes_.size() * sizeof(TimedPose);
   return static_cast<double>(bytes) / 1e6;
 }
 

@@ -37,14 +37,20 @@ class Map {
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }
   const MapNode* find(NodeId id) const;
   const MapNode* findTile(ClassId label, const Tile& tile) const;
-  /// Ids of nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not on the map.
+  /// Ids of nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not on the
+  /// map.
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
-  /// Poses of the keyframes, oldest first: one every 2 m or 20 degrees of motion, so that a robot at rest costs nothing.
+  /// Poses of the keyframes, oldest first: one every 2 m or 20 degrees of motion, so that a robot at rest costs
+  /// nothing.
   const std::vector<TimedPose>& keyframes() const { return keyframes_; }
   std::int64_t revision() const { return revision_; }
   /// Class names of the table the map was built with; empty until set.
   const std::map<ClassId, std::string>& classNames() const { return class_names_; }
   void setClassNames(std::map<ClassId, std::string> names) { class_names_ = std::move(names); }
+
+  /// Edge of the tiles that bound its stuff nodes, m; 0 until set.
+  double tileSize() const { return tile_size_; }
+  void setTileSize(double tile_size) { tile_size_ = tile_size; }
 
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
@@ -53,9 +59,10 @@ class Map {
   /// The id the next new node gets. An id is given once, also across save and load: what is gone stays gone.
   NodeId nextId() const { return next_id_; }
 
-  /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above them.
+  /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above
+  /// them.
   static Map restore(std::vector<MapNode> nodes, std::vector<TimedPose> keyframes, std::map<ClassId, std::string> names,
-                     std::int64_t revision, NodeId next_id);
+                     std::int64_t revision, NodeId next_id = 1);
 
  private:
   using Cell = Tile;  // coarse grid over node means
@@ -65,7 +72,7 @@ class Map {
   struct TileKey {
     ClassId label;
     Tile tile;
-    auto operator<=>(const TileKey&) const = default;
+    auto operator<=>(const TileKey&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
   void insert(MapNode node);
@@ -76,6 +83,7 @@ class Map {
   std::map<TileKey, NodeId> tiles_;
   std::vector<TimedPose> keyframes_;
   std::map<ClassId, std::string> class_names_;
+  double tile_size_ = 0;
   std::size_t leaf_count_ = 0;
   NodeId next_id_ = 1;
   std::int64_t revision_ = 0;

@@ -14,7 +14,7 @@ using NodeId = std::int64_t;
 /// Index of a cubic cell of the map frame that bounds one node of a stuff class; cell (0,0,0) is centred on the origin.
 struct Tile {
   std::int32_t x = 0, y = 0, z = 0;
-  auto operator<=>(const Tile&) const = default;
+  auto operator<=>(const Tile&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
 
 /// A finer Gaussian of a geometry graph, packed (40 B), in the object frame. cov holds entries 00,11,22,01,02,12.
@@ -28,7 +28,8 @@ Leaf packLeaf(const Belief& belief_object);
 Belief unpackLeaf(const Leaf& leaf);
 
 /// An object node of the map. The object frame T_map_object (origin = mean, axes = eigenvectors of the extent, both at
-/// creation) is a gauge: merges update the belief and leave the frame alone, so no leaf moves because two eigenvalues crossed.
+/// creation) is a gauge: merges update the belief and leave the frame alone, so no leaf moves because two eigenvalues
+/// crossed.
 struct MapNode {
   NodeId id = 0;
   ClassId label = 0;

@@ -75,13 +75,13 @@ std::vector<Candidate> randomCandidates(std::mt19937& random, int rows, int colu
   return candidates;
 }
 
-TEST(AssignBlocks, CostsWhatExhaustiveSearchCostsOnSparseProblemsOfAnyShape) {
+TEST(AssignSparse, CostsWhatExhaustiveSearchCostsOnSparseProblemsOfAnyShape) {
   std::mt19937 random(1);
   for (const auto& [rows, columns] : {std::pair{1, 1}, {4, 4}, {6, 3}, {7, 2}, {3, 7}, {5, 6}, {1, 6}, {6, 1}}) {
     for (const double density : {0.2, 0.4, 0.7, 1.0}) {
       for (int k = 0; k < 60; ++k) {
         const std::vector<Candidate> candidates = randomCandidates(random, rows, columns, density);
-        const std::vector<Candidate> chosen = assignBlocks(candidates, kUnmatched);
+        const std::vector<Candidate> chosen = assignSparse(candidates, kUnmatched);
         expectValid(chosen, candidates);
         EXPECT_NEAR(totalOf(chosen, rows), exhaustive(candidates, rows), 1e-9)
             << rows << "x" << columns << " at " << density;
@@ -90,57 +90,57 @@ TEST(AssignBlocks, CostsWhatExhaustiveSearchCostsOnSparseProblemsOfAnyShape) {
   }
 }
 
-TEST(AssignBlocks, CostsWhatExhaustiveSearchCostsWhereCostsTie) {
+TEST(AssignSparse, CostsWhatExhaustiveSearchCostsWhereCostsTie) {
   std::mt19937 random(2);
   for (int k = 0; k < 500; ++k) {
     std::vector<Candidate> candidates = randomCandidates(random, 6, 5, 0.5);
     for (Candidate& c : candidates) {
       c.cost = std::floor(c.cost);
     }
-    const std::vector<Candidate> chosen = assignBlocks(candidates, kUnmatched);
+    const std::vector<Candidate> chosen = assignSparse(candidates, kUnmatched);
     expectValid(chosen, candidates);
     EXPECT_EQ(totalOf(chosen, 6), exhaustive(candidates, 6));
   }
 }
 
-TEST(AssignBlocks, PreferTheSumOverTheNearest) {
+TEST(AssignSparse, PreferTheSumOverTheNearest) {
   // Greedy would take (0, 1) at 0.1 and pay 1.9 for the other.
-  const std::vector<Candidate> chosen = assignBlocks({{0, 0, 0.9}, {0, 1, 0.1}, {1, 0, 1.9}, {1, 1, 0.9}}, kUnmatched);
+  const std::vector<Candidate> chosen = assignSparse({{0, 0, 0.9}, {0, 1, 0.1}, {1, 0, 1.9}, {1, 1, 0.9}}, kUnmatched);
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_EQ(chosen[0].column, 0);
   EXPECT_EQ(chosen[1].column, 1);
 }
 
-TEST(AssignBlocks, APairAtOrAboveTheGateStaysUnmatched) {
-  EXPECT_TRUE(assignBlocks({{0, 0, kUnmatched}, {1, 1, 9}}, kUnmatched).empty());
-  EXPECT_EQ(assignBlocks({{0, 0, kUnmatched - 1e-9}}, kUnmatched).size(), 1U);
-  EXPECT_TRUE(assignBlocks({{0, 0, std::nan("")}}, kUnmatched).empty());
-  EXPECT_TRUE(assignBlocks({}, kUnmatched).empty());
+TEST(AssignSparse, APairAtOrAboveTheGateStaysUnmatched) {
+  EXPECT_TRUE(assignSparse({{0, 0, kUnmatched}, {1, 1, 9}}, kUnmatched).empty());
+  EXPECT_EQ(assignSparse({{0, 0, kUnmatched - 1e-9}}, kUnmatched).size(), 1U);
+  EXPECT_TRUE(assignSparse({{0, 0, std::nan("")}}, kUnmatched).empty());
+  EXPECT_TRUE(assignSparse({}, kUnmatched).empty());
 }
 
-TEST(AssignBlocks, TwoRowsMatchEvenWhenOneOfThemCouldHaveHadTheBetterColumn) {
+TEST(AssignSparse, TwoRowsMatchEvenWhenOneOfThemCouldHaveHadTheBetterColumn) {
   // Row 1 only reaches column 0; giving it up for row 0's sake would cost an unmatched row.
-  const std::vector<Candidate> chosen = assignBlocks({{0, 0, 0.1}, {0, 1, 1.5}, {1, 0, 1.0}}, kUnmatched);
+  const std::vector<Candidate> chosen = assignSparse({{0, 0, 0.1}, {0, 1, 1.5}, {1, 0, 1.0}}, kUnmatched);
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_EQ(chosen[0].column, 1);
   EXPECT_EQ(chosen[1].column, 0);
 }
 
-TEST(AssignBlocks, TakeTheCheapestOfRepeatedCandidatesAndIndicesFarApart) {
+TEST(AssignSparse, TakeTheCheapestOfRepeatedCandidatesAndIndicesFarApart) {
   const std::vector<Candidate> chosen =
-      assignBlocks({{1000000, 7, 2}, {1000000, 7, 1}, {-3, 2000000000, 0.5}}, kUnmatched);
+      assignSparse({{1000000, 7, 2}, {1000000, 7, 1}, {-3, 2000000000, 0.5}}, kUnmatched);
   ASSERT_EQ(chosen.size(), 2U);
   EXPECT_EQ(chosen[0].row, -3);
   EXPECT_EQ(chosen[1].cost, 1);
 }
 
-TEST(AssignBlocks, DoNotDependOnTheOrderOfCandidates) {
+TEST(AssignSparse, DoNotDependOnTheOrderOfCandidates) {
   std::mt19937 random(3);
   std::vector<Candidate> candidates = randomCandidates(random, 40, 40, 0.1);
-  const std::vector<Candidate> first = assignBlocks(candidates, kUnmatched);
+  const std::vector<Candidate> first = assignSparse(candidates, kUnmatched);
   for (int k = 0; k < 20; ++k) {
     std::shuffle(candidates.begin(), candidates.end(), random);
-    const std::vector<Candidate> again = assignBlocks(candidates, kUnmatched);
+    const std::vector<Candidate> again = assignSparse(candidates, kUnmatched);
     ASSERT_EQ(again.size(), first.size());
     for (std::size_t i = 0; i < first.size(); ++i) {
       EXPECT_EQ(again[i].row, first[i].row);
@@ -149,7 +149,7 @@ TEST(AssignBlocks, DoNotDependOnTheOrderOfCandidates) {
   }
 }
 
-TEST(AssignBlocks, CostWhatOneDenseProblemCosts) {
+TEST(AssignSparse, CostWhatOneDenseProblemCosts) {
   std::mt19937 random(4);
   for (const auto& [rows, columns] : {std::pair{120, 90}, {60, 150}}) {
     const std::vector<Candidate> candidates = randomCandidates(random, rows, columns, 0.03);
@@ -163,7 +163,7 @@ TEST(AssignBlocks, CostWhatOneDenseProblemCosts) {
     for (int r = 0; r < rows; ++r) {
       total += dense(r, column_of[static_cast<std::size_t>(r)]);
     }
-    EXPECT_NEAR(totalOf(assignBlocks(candidates, kUnmatched), rows), total, 1e-9);
+    EXPECT_NEAR(totalOf(assignSparse(candidates, kUnmatched), rows), total, 1e-9);
   }
 }
 

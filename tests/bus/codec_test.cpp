@@ -414,5 +414,15 @@ TEST(Codec, StatusIsWhatTheGeneratedTypeReads) {
   EXPECT_EQ(raw.revision, 9);
 }
 
+TEST(DecodePose, APositionNoRobotCanHaveIsAnError) {
+  Pose T = Pose::Identity();
+  T.translation() = Vec3(0, -1.1e7, 0);
+  const auto sample = decodePose(encodePose(1, T));
+  EXPECT_FALSE(sample);
+  EXPECT_NE(sample.error.find("out of bounds"), std::string::npos) << sample.error;
+  T.translation() = Vec3(0, -0.9e7, 0);
+  EXPECT_TRUE(decodePose(encodePose(1, T)));
+}
+
 }  // namespace
 }  // namespace hgg

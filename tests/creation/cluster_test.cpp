@@ -96,9 +96,11 @@ TEST(ClusterEuclidean, EqualsBruteForceOnTwentyRealFrames) {
     ASSERT_GT(cloud.size(), 90000U);
     // A crop that moves through the scene: 5000 consecutive points of a sector, plus a thinned far part.
     const std::size_t begin = static_cast<std::size_t>(frame) * 4000;
-    const Cloud crop(cloud.begin() + static_cast<std::ptrdiff_t>(begin), cloud.begin() + static_cast<std::ptrdiff_t>(begin + 5000));
+    const Cloud crop(cloud.begin() + static_cast<std::ptrdiff_t>(begin),
+                     cloud.begin() + static_cast<std::ptrdiff_t>(begin + 5000));
     Cloud thinned;
-    for (std::size_t i = static_cast<std::size_t>(frame); i < cloud.size() && thinned.size() < 5000; i += cloud.size() / 5000) {
+    for (std::size_t i = static_cast<std::size_t>(frame); i < cloud.size() && thinned.size() < 5000;
+         i += cloud.size() / 5000) {
       thinned.push_back(cloud[i]);
     }
     for (const RadiusLaw& law : {RadiusLaw{0.5F, 0.0157F}, RadiusLaw{0.2F, 0}}) {

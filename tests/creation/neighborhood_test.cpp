@@ -13,7 +13,9 @@ using Edges = std::vector<std::pair<int, int>>;
 Edges bruteForce(const std::vector<Vec3>& p) {
   Edges edges;
   const int n = static_cast<int>(p.size());
-  const auto d = [&](int i, int j) { return (p[static_cast<std::size_t>(i)] - p[static_cast<std::size_t>(j)]).squaredNorm(); };
+  const auto d = [&](int i, int j) {
+    return (p[static_cast<std::size_t>(i)] - p[static_cast<std::size_t>(j)]).squaredNorm();
+  };
   for (int i = 0; i < n; ++i) {
     for (int j = i + 1; j < n; ++j) {
       bool blocked = false;

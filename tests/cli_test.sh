@@ -1,0 +1,109 @@
+#!/bin/bash
+# Exit codes and error texts of hggmap: 0 done, 2 bad input or usage with one clear line that names what was wrong.
+# usage: tests/cli_test.sh BUILD_DIR
+set -u
+hggmap=$(realpath "${1:?usage: tests/cli_test.sh BUILD_DIR}")/hggmap
+repo=$(cd "$(dirname "$0")/.." && pwd)
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+cd "$scratch" || exit 1
+failed=0
+
+complain() {
+  echo "FAILED: $*"
+  failed=1
+}
+
+# expect CODE LINES PATTERN COMMAND...: exit code, number of lines on stderr, and what one of them says.
+expect() {
+  local code=$1 lines=$2 pattern=$3
+  shift 3
+  timeout 60 "$@" > stdout 2> stderr < /dev/null
+  local got=$?
+  [ "$got" -eq "$code" ] || complain "exit $got instead of $code: $*: $(head -c 300 stderr)"
+  [ "$(wc -l < stderr)" -eq "$lines" ] || complain "$(wc -l < stderr) lines on stderr instead of $lines: $*: $(head -c 600 stderr)"
+  grep -qE -- "$pattern" stderr || complain "no '$pattern' on stderr: $*: $(head -c 300 stderr)"
+}
+
+# says PATTERN COMMAND...: exit 0 and the pattern on stdout.
+says() {
+  local pattern=$1
+  shift
+  timeout 60 "$@" > stdout 2> stderr < /dev/null || complain "exit $?: $*: $(head -c 300 stderr)"
+  grep -qE -- "$pattern" stdout || complain "no '$pattern' on stdout: $*"
+}
+
+# Usage.
+expect 2 1 'subcommand' "$hggmap"
+expect 2 1 'subcommand' "$hggmap" fly
+says 'Subcommands' "$hggmap" --help
+says '^hggmap [0-9]+\.[0-9]+' "$hggmap" --version
+for command in run replay export info; do
+  says 'Example' "$hggmap" "$command" --help
+done
+expect 2 1 '--warp' "$hggmap" run --warp
+expect 2 1 '--warp' "$hggmap" replay l.lcm --warp
+expect 2 1 '--warp' "$hggmap" export m.hgg --format json -o x --warp
+expect 2 1 '--warp' "$hggmap" info m.hgg --warp
+expect 2 1 'LOG' "$hggmap" replay
+expect 2 1 'MAP' "$hggmap" info
+expect 2 1 'MAP' "$hggmap" export --format json -o x
+expect 2 1 'format' "$hggmap" export m.hgg --format stl -o x
+expect 2 1 'output' "$hggmap" export m.hgg --format json
+
+# Logs.
+echo 'not a log' > text.log
+: > empty.log
+mkdir folder.log
+expect 2 1 'missing\.lcm' "$hggmap" replay missing.lcm --out out
+expect 2 1 'text\.log' "$hggmap" replay text.log --out out
+expect 2 1 'empty\.log' "$hggmap" replay empty.log --out out
+expect 2 1 'folder\.log' "$hggmap" replay folder.log --out out
+
+mkdir earlier && echo 'kept' > earlier/trajectory.tum
+expect 2 1 'missing\.lcm' "$hggmap" replay missing.lcm --out earlier
+[ "$(cat earlier/trajectory.tum)" = kept ] || complain "a missing log emptied the results of an earlier replay"
+
+# Configs.
+expect 2 1 'missing\.toml' "$hggmap" run --config missing.toml
+expect 2 1 'missing\.toml' "$hggmap" replay text.log --config missing.toml
+printf 'speed = 3\n[frame]\nrange_max = "far"\nrange_mim = 1\n[map]\nleaf_size = -1\n' > bad.toml
+for command in 'run' 'replay text.log'; do
+  # shellcheck disable=SC2086
+  expect 2 4 'bad\.toml:1: .*speed' "$hggmap" $command --config bad.toml
+  grep -q 'bad\.toml:3: .*range_max' stderr || complain "range_max is not listed: $(cat stderr)"
+  grep -q 'bad\.toml:4: .*range_mim' stderr || complain "range_mim is not listed: $(cat stderr)"
+  grep -q 'bad\.toml:6: .*leaf_size' stderr || complain "leaf_size is not listed: $(cat stderr)"
+done
+printf 'classes = "none.toml"\n' > classless.toml
+expect 2 1 'none\.toml' "$hggmap" run --config classless.toml
+
+# The printed config is a config.
+says '^leaf_size = ' "$hggmap" run --print-config
+cp stdout printed.toml
+says '^leaf_size = ' "$hggmap" run --config printed.toml --print-config
+cmp -s stdout printed.toml || complain "--print-config does not print what it reads"
+says 'udpm://1\.2\.3\.4:5' "$hggmap" run --lcm-url 'udpm://1.2.3.4:5?ttl=0' --print-config
+for robot in "$repo"/firmware_cfg/*/hggmap.toml; do
+  says '^leaf_size = ' "$hggmap" run --config "$robot" --print-config
+done
+
+# Maps.
+printf 'HGGMAP\r\n\001\000\000\000\050\265\057\375rubbish' > corrupt.hgg
+printf 'HGGMAP\r\n\007\000\000\000' > newer.hgg
+echo 'not a map' > text.hgg
+for map in corrupt newer text missing; do
+  expect 2 1 "$map\\.hgg" "$hggmap" info $map.hgg
+  expect 2 1 "$map\\.hgg" "$hggmap" export $map.hgg --format json -o export.json
+  expect 2 1 "$map\\.hgg" "$hggmap" run --map $map.hgg --out out
+  [ ! -e export.json ] || complain "export.json was written from $map.hgg"
+done
+
+# Where the results go: each command to its own default, and nowhere at all on a bad URL's account.
+expect 2 1 '.' "$hggmap" replay text.log
+[ ! -e out/run ] || complain "replay wrote into out/run"
+: > file
+expect 2 1 'file/out' "$hggmap" replay text.log --out file/out
+
+[ "$failed" -eq 0 ] && echo ok
+exit "$failed"

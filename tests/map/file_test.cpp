@@ -1,0 +1,371 @@
+#include "map/file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <zstd.h>
+
+#include <csignal>
+#include <cstring>
+
+#include "map/test_map.h"
+#include "tools/scratch.h"
+
+namespace hgg {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kHeaderBytes = 12;  // magic and version
+
+/// A map with things, stuff, removed nodes, keyframes and class names.
+Map sampleMap(unsigned seed, int nodes) {
+  std::mt19937 random(seed);
+  Map map;
+  map.setClassNames({{10, "car"}, {40, "road"}, {65535, "\xc3\xa9toile"}});
+  for (int k = 0; k < nodes; ++k) {
+    MapUpdate update;
+    update.pose = {1000 * k, randomPose(random, 20)};
+    update.created.push_back(k % 4 == 3 ? tileNode(40, {k, -k, 1}, randomVector(random, 50)) : randomNode(random, 50));
+    map.apply(std::move(update));
+  }
+  MapUpdate update;
+  update.removed = {static_cast<NodeId>(nodes)};
+  map.apply(std::move(update));
+  return map;
+}
+
+std::vector<Edge> sampleEdges(const Map& map) {
+  std::vector<Edge> edges;
+  for (auto it = map.nodes().begin(); it != map.nodes().end() && std::next(it) != map.nodes().end(); ++it) {
+    edges.push_back({it->first, std::next(it)->first, 1.0F / static_cast<float>(it->first)});
+  }
+  return edges;
+}
+
+std::string payloadOf(const std::string& file) {
+  std::string payload(ZSTD_getFrameContentSize(file.data() + kHeaderBytes, file.size() - kHeaderBytes), '\0');
+  EXPECT_EQ(ZSTD_decompress(payload.data(), payload.size(), file.data() + kHeaderBytes, file.size() - kHeaderBytes),
+            payload.size());
+  return payload;
+}
+
+/// A file around any payload, with the checksum right.
+std::string fileAround(const std::string& header, const std::string& payload) {
+  std::string frame(ZSTD_compressBound(payload.size()), '\0');
+  frame.resize(ZSTD_compress(frame.data(), frame.size(), payload.data(), payload.size(), 3));
+  return header + frame;
+}
+
+template <typename T>
+T at(const std::string& bytes, std::size_t offset) {
+  T value{};
+  std::memcpy(&value, bytes.data() + offset, sizeof(T));
+  return value;
+}
+
+template <typename T>
+std::string with(std::string bytes, std::size_t offset, T value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof(T));
+  return bytes;
+}
+
+bool mentions(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+std::vector<std::string> filesIn(const fs::path& directory) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(directory)) {
+    names.push_back(entry.path().filename().string());
+  }
+  return names;
+}
+
+void expectSame(const MapNode& a, const MapNode& b) {
+  EXPECT_EQ(a.id, b.id);
+  EXPECT_EQ(a.label, b.label);
+  EXPECT_EQ(a.stuff, b.stuff);
+  EXPECT_EQ(a.tile, b.tile);
+  EXPECT_EQ(a.belief.mean, b.belief.mean);
+  EXPECT_EQ(Mat3(a.belief.cov.selfadjointView<Eigen::Upper>()), b.belief.cov);
+  EXPECT_EQ(a.belief.kappa, b.belief.kappa);
+  EXPECT_EQ(a.T_map_object.matrix(), b.T_map_object.matrix());
+  EXPECT_EQ(a.views, b.views);
+  EXPECT_EQ(a.first_us, b.first_us);
+  EXPECT_EQ(a.last_us, b.last_us);
+  ASSERT_EQ(a.leaves.size(), b.leaves.size());
+  for (std::size_t k = 0; k < a.leaves.size(); ++k) {
+    EXPECT_EQ(a.leaves[k].mean, b.leaves[k].mean);
+    EXPECT_EQ(a.leaves[k].cov, b.leaves[k].cov);
+    EXPECT_EQ(a.leaves[k].kappa, b.leaves[k].kappa);
+  }
+}
+
+TEST(MapFile, RoundTripIsExact) {
+  const Map map = sampleMap(1, 50);
+  const std::vector<Edge> edges = sampleEdges(map);
+  const auto stored = decodeMap(encodeMap(map, edges));
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.revision(), map.revision());
+  EXPECT_EQ(stored->map.nextId(), map.nextId());
+  EXPECT_EQ(stored->map.classNames(), map.classNames());
+  ASSERT_EQ(stored->map.nodes().size(), map.nodes().size());
+  for (const auto& [id, node] : map.nodes()) {
+    expectSame(node, *stored->map.find(id));
+  }
+  ASSERT_EQ(stored->map.keyframes().size(), map.keyframes().size());
+  for (std::size_t k = 0; k < map.keyframes().size(); ++k) {
+    EXPECT_EQ(stored->map.keyframes()[k].utime_us, map.keyframes()[k].utime_us);
+    EXPECT_EQ(stored->map.keyframes()[k].T_map_body.matrix(), map.keyframes()[k].T_map_body.matrix());
+  }
+  ASSERT_EQ(stored->edges.size(), edges.size());
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    EXPECT_TRUE(stored->edges[k].a == edges[k].a && stored->edges[k].b == edges[k].b &&
+                stored->edges[k].weight == edges[k].weight);
+  }
+}
+
+TEST(MapFile, SavingWhatWasLoadedGivesTheSameBytes) {
+  for (const int nodes : {1, 7, 300}) {
+    const Map map = sampleMap(2, nodes);
+    const std::string first = encodeMap(map, sampleEdges(map));
+    const auto stored = decodeMap(first);
+    ASSERT_TRUE(stored) << stored.error;
+    EXPECT_EQ(encodeMap(stored->map, stored->edges), first);
+  }
+}
+
+TEST(MapFile, HoldsMapsOfNothingAndOfManyBlocks) {
+  const auto empty = decodeMap(encodeMap(Map{}, {}));
+  ASSERT_TRUE(empty) << empty.error;
+  EXPECT_TRUE(empty->map.nodes().empty());
+
+  std::mt19937 random(3);
+  MapNode large = nodeAt(10, Vec3(0, 0, 0));
+  for (int k = 0; k < 250000; ++k) {  // 10 MB of leaves, blocks hold 4 MiB
+    large.leaves.push_back(randomLeaf(random));
+  }
+  const auto stored = decodeMap(encodeMap(mapOf({large}), {}));
+  ASSERT_TRUE(stored) << stored.error;
+  expectSame(stored->map.nodes().begin()->second, mapOf({large}).nodes().begin()->second);
+}
+
+TEST(MapFile, AnIdOnceGivenIsNotGivenAgainAfterReloading) {
+  Map map = sampleMap(4, 9);  // its newest node, 9, was removed
+  auto stored = decodeMap(encodeMap(map, {}));
+  ASSERT_TRUE(stored) << stored.error;
+  MapUpdate update;
+  update.created = {nodeAt(10, Vec3(0, 0, 0))};
+  EXPECT_EQ(stored->map.apply(update).changed, (std::vector<NodeId>{10}));
+}
+
+TEST(MapFile, FollowsItsDocumentedGrammar) {
+  MapNode node = nodeAt(10, Vec3(1, 2, 3));
+  node.leaves.push_back(packLeaf({Vec3(0.5, 0, 0), Mat3::Identity(), 9}));
+  Map map = mapOf({node, nodeAt(11, Vec3(4, 5, 6))});
+  map.setClassNames({{10, "car"}});
+  map.setTileSize(2.5);
+  const std::string file = encodeMap(map, {{1, 2, 0.25F}});
+  EXPECT_EQ(file.substr(0, 8), "HGGMAP\r\n");
+  EXPECT_EQ(at<std::uint32_t>(file, 8), 1U);
+  const std::string payload = payloadOf(file);
+  EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);  // classes
+  EXPECT_EQ(at<std::uint16_t>(payload, 4), 10);
+  EXPECT_EQ(at<std::uint16_t>(payload, 6), 3);
+  EXPECT_EQ(payload.substr(8, 3), "car");
+  EXPECT_EQ(at<double>(payload, 11), 2.5);        // tile_size
+  EXPECT_EQ(at<std::int64_t>(payload, 19), 1);    // revision
+  EXPECT_EQ(at<std::int64_t>(payload, 27), 3);    // next_id
+  EXPECT_EQ(at<std::uint64_t>(payload, 35), 1U);  // keyframes
+  const std::size_t nodes = 43 + 8 + 96;
+  EXPECT_EQ(at<std::uint64_t>(payload, nodes), 2U);
+  const std::size_t first = nodes + 8;
+  EXPECT_EQ(at<std::int64_t>(payload, first), 1);
+  EXPECT_EQ(at<std::uint16_t>(payload, first + 8), 10);
+  EXPECT_EQ(at<std::uint8_t>(payload, first + 10), 0);
+  EXPECT_EQ(at<double>(payload, first + 23), 1);     // mean
+  EXPECT_EQ(at<double>(payload, first + 47), 0.25);  // covariance
+  EXPECT_EQ(at<double>(payload, first + 95), 100);   // kappa
+  const std::size_t leaves = first + 11 + 12 + 80 + 96 + 4 + 16;
+  EXPECT_EQ(at<std::uint32_t>(payload, leaves), 1U);
+  EXPECT_EQ(at<float>(payload, leaves + 4), 0.5F);
+  EXPECT_EQ(at<float>(payload, leaves + 40), 9.0F);
+  const std::size_t edges = leaves + 44 + 223;
+  EXPECT_EQ(at<std::uint64_t>(payload, edges), 1U);
+  EXPECT_EQ(at<float>(payload, edges + 24), 0.25F);
+  EXPECT_EQ(payload.substr(edges + 28), "END.");
+}
+
+TEST(MapFile, EveryTruncationIsAnError) {
+  const Map map = sampleMap(5, 4);
+  const std::string bytes = encodeMap(map, sampleEdges(map));
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    const auto stored = decodeMap(bytes.substr(0, length));
+    ASSERT_FALSE(stored) << length << " of " << bytes.size();
+    EXPECT_FALSE(stored.error.empty());
+  }
+}
+
+TEST(MapFile, EveryTruncationOfThePayloadAndAnythingBehindItIsAnError) {
+  const Map map = sampleMap(6, 4);
+  const std::string bytes = encodeMap(map, sampleEdges(map)), header = bytes.substr(0, kHeaderBytes),
+                    payload = payloadOf(bytes);
+  for (std::size_t length = 1; length < payload.size(); ++length) {
+    ASSERT_FALSE(decodeMap(fileAround(header, payload.substr(0, length)))) << length;
+  }
+  EXPECT_FALSE(decodeMap(fileAround(header, payload + "x")));
+  EXPECT_FALSE(decodeMap(bytes + "x"));
+  EXPECT_TRUE(decodeMap(fileAround(header, payload)));
+}
+
+TEST(MapFile, EverySingleByteFlipIsAnErrorOrHarmless) {
+  const std::string bytes = encodeMap(sampleMap(7, 2), {});
+  std::size_t harmless = 0;
+  std::string flipped = bytes;
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    for (int mask = 1; mask < 256; ++mask) {
+      flipped[k] = static_cast<char>(bytes[k] ^ mask);
+      if (const auto stored = decodeMap(flipped)) {
+        ++harmless;  // a bit that zstd leaves unused
+        ASSERT_EQ(encodeMap(stored->map, stored->edges), bytes) << "byte " << k << " ^ " << mask << " gave another map";
+      }
+    }
+    flipped[k] = bytes[k];
+  }
+  EXPECT_LE(harmless, bytes.size());  // of 255 as many
+}
+
+TEST(MapFile, NoPayloadCrashesTheReader) {
+  const Map map = sampleMap(8, 4);
+  const std::string bytes = encodeMap(map, sampleEdges(map)), header = bytes.substr(0, kHeaderBytes),
+                    payload = payloadOf(bytes);
+  std::mt19937 random(9);
+  for (int k = 0; k < 3000; ++k) {
+    std::string mutated = payload;
+    for (std::uint32_t n = 1 + below(random, 3); n > 0; --n) {
+      mutated[below(random, static_cast<std::uint32_t>(mutated.size()))] =
+          static_cast<char>(below(random, 3) == 0 ? 0xFF : below(random, 256));
+    }
+    if (const auto stored = decodeMap(fileAround(header, mutated))) {
+      EXPECT_EQ(stored->map.nodes().size(), map.nodes().size());  // changed values, not a changed structure
+    }
+  }
+}
+
+TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
+  Map map = mapOf({tileNode(40, {0, 0, 0}, Vec3(0, 0, 0)), tileNode(40, {1, 0, 0}, Vec3(10, 0, 0))});
+  const std::string bytes = encodeMap(map, {{1, 2, 0.5F}}), header = bytes.substr(0, kHeaderBytes),
+                    payload = payloadOf(bytes);
+  const auto loads = [&](const std::string& changed) {
+    return static_cast<bool>(decodeMap(fileAround(header, changed)));
+  };
+  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104, first = nodes + 8, second = first + 223,
+                    edges = second + 223;
+  ASSERT_EQ(at<std::uint64_t>(payload, edges), 1U);
+  ASSERT_TRUE(loads(payload));
+  EXPECT_FALSE(loads(with(payload, 0, std::uint32_t{0xFFFFFFFF})));       // classes without end
+  EXPECT_FALSE(loads(with(payload, keyframes, std::uint64_t{1} << 60)));  // a count beyond any file
+  EXPECT_FALSE(loads(with(payload, nodes, ~std::uint64_t{0})));
+  EXPECT_FALSE(loads(with(payload, edges, std::uint64_t{2})));
+  EXPECT_FALSE(loads(with(payload, second, std::int64_t{1})));  // an id twice
+  EXPECT_FALSE(loads(with(payload, first, std::int64_t{0})));
+  EXPECT_FALSE(loads(with(payload, 20, std::int64_t{2})));           // next_id is taken
+  EXPECT_FALSE(loads(with(payload, second + 11, std::int32_t{0})));  // a tile twice
+  EXPECT_FALSE(loads(with(payload, first + 23, std::nan(""))));      // a mean nowhere
+  EXPECT_FALSE(loads(with(payload, first + 95, -1.0)));              // negative evidence
+  EXPECT_FALSE(loads(with(payload, edges + 8, std::int64_t{2})));    // an edge to itself
+  EXPECT_FALSE(loads(with(payload, edges + 16, std::int64_t{3})));   // an edge to nowhere
+  EXPECT_FALSE(loads(with(payload, edges + 24, std::numeric_limits<float>::infinity())));
+}
+
+TEST(MapFile, ANewerVersionSaysSo) {
+  std::string bytes = encodeMap(sampleMap(10, 3), {});
+  for (const std::uint32_t version : {0U, 2U, 77U}) {
+    const auto stored = decodeMap(with(bytes, 8, version));
+    EXPECT_FALSE(stored);
+    EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;
+  }
+}
+
+TEST(MapFile, WhatIsNoMapIsSaidToBeNone) {
+  for (const std::string& bytes :
+       {std::string(), std::string("hello\n"), std::string(100000, '\0'), std::string("HGGMAP\n\1\0\0\0")}) {
+    EXPECT_TRUE(mentions(decodeMap(bytes).error, "not an hggmap map"));
+  }
+  // A text-mode transfer turned \r\n into \n.
+  std::string bytes = encodeMap(sampleMap(11, 3), {});
+  EXPECT_TRUE(mentions(decodeMap(bytes.erase(6, 1)).error, "not an hggmap map"));
+}
+
+TEST(MapFile, ErrorsNameTheFile) {
+  const Scratch scratch;
+  writeText(scratch / "m.hgg", "hello\n");
+  EXPECT_EQ(loadMap((scratch / "m.hgg").string()).error, (scratch / "m.hgg").string() + ": not an hggmap map");
+}
+
+TEST(MapFile, AMissingFileOrADirectoryIsAnErrorThatNamesIt) {
+  const Scratch scratch;
+  for (const std::string& path :
+       {(scratch / "none.hgg").string(), (scratch / "").string(), std::string(), std::string("/dev/null")}) {
+    const auto stored = loadMap(path);
+    EXPECT_FALSE(stored);
+    EXPECT_TRUE(mentions(stored.error, path + ": no such map file")) << stored.error;
+  }
+}
+
+TEST(SaveMap, ReplacesAnOlderMapAndLeavesNothingElse) {
+  const Scratch scratch;
+  const std::string path = (scratch / "s.hgg").string();
+  EXPECT_EQ(saveMap(sampleMap(12, 20), {}, path), "");
+  EXPECT_EQ(saveMap(sampleMap(13, 5), {}, path), "");
+  EXPECT_EQ(readText(path), encodeMap(sampleMap(13, 5), {}));
+  EXPECT_EQ(filesIn(scratch / ""), (std::vector<std::string>{"s.hgg"}));
+  const auto stored = loadMap(path);
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.nodes().size(), 4U);
+}
+
+TEST(SaveMap, IntoAMissingFolderIsAnErrorThatNamesTheFile) {
+  const Scratch scratch;
+  const std::string path = (scratch / "no/such/folder/m.hgg").string();
+  const std::string error = saveMap(sampleMap(14, 3), {}, path);
+  EXPECT_TRUE(mentions(error, path)) << error;
+  EXPECT_TRUE(filesIn(scratch / "").empty());
+}
+
+TEST(SaveMap, OntoAFolderFailsAndLeavesNoTemporaryFile) {
+  const Scratch scratch;
+  fs::create_directories(scratch / "m.hgg/inside");
+  const std::string error = saveMap(sampleMap(15, 3), {}, (scratch / "m.hgg").string());
+  EXPECT_TRUE(mentions(error, "cannot write the map")) << error;
+  EXPECT_EQ(filesIn(scratch / ""), (std::vector<std::string>{"m.hgg"}));
+}
+
+TEST(SaveMap, RefusesAMapWithNumbersThatAreNotFinite) {
+  const Scratch scratch;
+  MapNode node = nodeAt(10, Vec3(1, 2, 3));
+  node.belief.cov(0, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(mentions(saveMap(mapOf({node}), {}, (scratch / "n.hgg").string()), "not finite"));
+  EXPECT_TRUE(filesIn(scratch / "").empty());
+}
+
+TEST(SaveMap, OnAFullDiskKeepsTheOlderMapAndLeavesNoTemporaryFile) {
+  const Scratch scratch;
+  const std::string path = (scratch / "s.hgg").string();
+  ASSERT_EQ(saveMap(sampleMap(16, 3), {}, path), "");
+  const Map larger = sampleMap(17, 200);
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlim_t soft = limit.rlim_cur;
+  const auto previous = std::signal(SIGXFSZ, SIG_IGN);
+  limit.rlim_cur = 1000;
+  setrlimit(RLIMIT_FSIZE, &limit);  // stands for a full disk: write() fails after a while
+  const std::string error = saveMap(larger, {}, path);
+  limit.rlim_cur = soft;
+  setrlimit(RLIMIT_FSIZE, &limit);
+  std::signal(SIGXFSZ, previous);
+  EXPECT_TRUE(mentions(error, "cannot write the map")) << error;
+  EXPECT_EQ(filesIn(scratch / ""), (std::vector<std::string>{"s.hgg"}));
+  EXPECT_EQ(readText(path), encodeMap(sampleMap(16, 3), {}));
+}
+
+}  // namespace
+}  // namespace hgg

@@ -1,0 +1,401 @@
+#include "map/fuse.h"
+
+#include <gtest/gtest.h>
+
+#include "creation/geometry_graph.h"
+#include "creation/instances.h"
+#include "map/test_map.h"
+#include "test_scene.h"
+
+namespace hgg {
+namespace {
+
+/// A frame's graph of these objects, one a frame of map points, seen from T_map_body.
+LocalGraph seenFrom(const Pose& T_map_body, const std::vector<Frame>& objects_map) {
+  const Config config;
+  LocalGraph local;
+  for (const Frame& points_map : objects_map) {
+    std::vector<PackedPoint> points;
+    std::vector<Vec3> wide;
+    for (const Point& p : points_map.points) {
+      const Point body = pointAt(T_map_body.inverse() * Vec3(p.x, p.y, p.z), p.label);
+      points.emplace_back(body.x, body.y, body.z, 0.0F);
+      wide.emplace_back(body.x, body.y, body.z);
+    }
+    LocalObject object;
+    object.label = points_map.points[0].label;
+    object.belief = beliefFromPoints(wide);
+    object.T_body_object = objectFrame(object.belief);
+    object.stuff = object.label == kRoad;
+    object.tile = object.stuff ? tileOf(T_map_body * object.belief.mean, config.creation.tile_size) : Tile{};
+    buildGeometryGraph(points, config.creation.leaf_points, {1.0F, 0}, object);
+    local.objects.push_back(std::move(object));
+  }
+  return local;
+}
+
+/// Pairs every stuff object with the node of its tile.
+std::vector<ObjectPair> pairsByTile(const Map& map, const LocalGraph& local) {
+  std::vector<ObjectPair> pairs;
+  for (std::size_t i = 0; i < local.objects.size(); ++i) {
+    const LocalObject& object = local.objects[i];
+    const MapNode* node = object.stuff ? map.findTile(object.label, object.tile) : nullptr;
+    if (node != nullptr) {
+      pairs.push_back({static_cast<int>(i), node->id, 0});
+    }
+  }
+  return pairs;
+}
+
+/// Applies the fusion of a frame to the map.
+MapDelta fuseInto(Map& map, const LocalGraph& local, const Pose& T, const std::vector<ObjectPair>& pairs = {}) {
+  return map.apply(fuse(map, local, T, pairs, testClasses(), Config{}));
+}
+
+/// The same for a frame whose one object is node 1, once that exists.
+void fuseIntoFirst(Map& map, const LocalGraph& local, const Pose& T) {
+  fuseInto(map, local, T, map.nodes().empty() ? std::vector<ObjectPair>{} : std::vector<ObjectPair>{{0, 1, 0}});
+}
+
+double kappaOf(const Map& map) {
+  double sum = 0;
+  for (const auto& [id, node] : map.nodes()) {
+    sum += node.belief.kappa;
+  }
+  return sum;
+}
+
+double leafKappaOf(const MapNode& node) {
+  double sum = 0;
+  for (const Leaf& leaf : node.leaves) {
+    sum += leaf.kappa;
+  }
+  return sum;
+}
+
+double kappaOf(const LocalGraph& local) {
+  double sum = 0;
+  for (const LocalObject& object : local.objects) {
+    sum += object.belief.kappa;
+  }
+  return sum;
+}
+
+Pose viewpoint(double x, double yaw_deg) {
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(yaw_deg * M_PI / 180, Vec3::UnitZ()).toRotationMatrix();
+  T.translation() = Vec3(x, -8, 1);
+  return T;
+}
+
+Frame box(std::mt19937& random, int points, ClassId label, const Vec3& centre, const Vec3& half) {
+  Frame frame;
+  addBox(frame, random, points, label, centre, half);
+  return frame;
+}
+
+Frame carAt(std::mt19937& random, const Vec3& centre, int points) {
+  return box(random, points, kCar, centre, Vec3(2.1, 0.9, 0.7));
+}
+
+Frame together(Frame a, const Frame& b) {
+  a.points.insert(a.points.end(), b.points.begin(), b.points.end());
+  return a;
+}
+
+void expectPooled(const Belief& actual, const Frame& frame_map) {
+  std::vector<Vec3> points;
+  for (const Point& p : frame_map.points) {
+    points.emplace_back(p.x, p.y, p.z);
+  }
+  const Belief expected = beliefFromPoints(points);
+  EXPECT_LE((actual.mean - expected.mean).norm(), 1e-5);  // the points went through floats of another frame
+  EXPECT_LE((actual.cov - expected.cov).norm(), 1e-5);
+  EXPECT_EQ(actual.kappa, expected.kappa);
+}
+
+TEST(Fuse, UnmatchedObjectsBecomeNodesWithTheirCounts) {
+  std::mt19937 random(1);
+  const Pose T = viewpoint(3, 40);
+  const Frame car = carAt(random, Vec3(4, 2, 0), 700);
+  const Frame pole = box(random, 321, kPole, Vec3(12, 3, 1), Vec3(0.1, 0.1, 1.5));
+  LocalGraph local = seenFrom(T, {car, pole});
+  local.utime_us = 777;
+  Map map;
+  EXPECT_EQ(fuseInto(map, local, T).changed, (std::vector<NodeId>{1, 2}));
+  EXPECT_EQ(map.find(1)->label, kCar);
+  EXPECT_EQ(map.find(2)->label, kPole);
+  expectPooled(map.find(1)->belief, car);
+  expectPooled(map.find(2)->belief, pole);
+  for (const NodeId id : {1, 2}) {
+    const MapNode& node = *map.find(id);
+    EXPECT_EQ(leafKappaOf(node), node.belief.kappa);
+    EXPECT_EQ(node.views, 1);
+    EXPECT_EQ(node.first_us, 777);
+    EXPECT_EQ(node.last_us, 777);
+    EXPECT_LE((node.T_map_object.translation() - node.belief.mean).norm(), 1e-9);
+  }
+  EXPECT_EQ(map.keyframes().back().utime_us, 777);
+  EXPECT_EQ(map.keyframes().back().T_map_body.matrix(), T.matrix());
+}
+
+TEST(Fuse, MatchedObjectsMergeAsIfTheirPointsWerePooled) {
+  std::mt19937 random(2);
+  Frame all;
+  Map map;
+  for (int view = 0; view < 5; ++view) {
+    const Pose T = viewpoint(2.0 * view, 20.0 * view);
+    const Frame seen = carAt(random, Vec3(5, 3, 0), 200 + 100 * view);
+    LocalGraph local = seenFrom(T, {seen});
+    local.utime_us = 100 * view;
+    fuseIntoFirst(map, local, T);
+    all = together(all, seen);
+    ASSERT_EQ(map.nodes().size(), 1U);
+    const MapNode& node = *map.find(1);
+    expectPooled(node.belief, all);
+    EXPECT_EQ(leafKappaOf(node), node.belief.kappa);
+    EXPECT_EQ(node.views, view + 1);
+    EXPECT_EQ(node.first_us, 0);
+    EXPECT_EQ(node.last_us, 100 * view);
+  }
+}
+
+TEST(Fuse, LeavesMergeIntoTheirNodesBelief) {
+  std::mt19937 random(3);
+  Map map;
+  for (int view = 0; view < 5; ++view) {
+    const Pose T = viewpoint(view, 15.0 * view);
+    fuseIntoFirst(map, seenFrom(T, {carAt(random, Vec3(5, 3, 0), 900)}), T);
+  }
+  const MapNode& node = *map.find(1);
+  Belief merged;
+  for (const Leaf& leaf : node.leaves) {
+    merged = merge(merged, transform(node.T_map_object, unpackLeaf(leaf)));
+  }
+  EXPECT_LE((merged.mean - node.belief.mean).norm(), 1e-5);
+  EXPECT_LE((merged.cov - node.belief.cov).norm(), 1e-5);
+  EXPECT_EQ(merged.kappa, node.belief.kappa);
+}
+
+TEST(Fuse, AFragmentInsideAnObjectMergesIntoIt) {
+  std::mt19937 random(4);
+  const Pose T = viewpoint(0, 0);
+  // The segmenter gave the middle of a car another id.
+  const Frame car = carAt(random, Vec3(5, 3, 0), 900),
+              piece = box(random, 60, kCar, Vec3(5.2, 3.1, 0), Vec3(0.3, 0.3, 0.3));
+  const LocalGraph split = seenFrom(T, {car, piece});
+  Map map;
+  fuseInto(map, split, T);
+  ASSERT_EQ(map.nodes().size(), 1U);
+  EXPECT_EQ(kappaOf(map), 960);
+  EXPECT_EQ(leafKappaOf(map.nodes().begin()->second), 960);
+
+  // And again as an unmatched piece of a later frame: the node in the map stays, with its id.
+  const MapDelta delta = fuseInto(map, split, T, {{0, 1, 0}});
+  EXPECT_EQ(delta.changed, (std::vector<NodeId>{1}));
+  EXPECT_TRUE(delta.removed.empty());
+  EXPECT_EQ(kappaOf(map), 1920);
+}
+
+TEST(Fuse, TwoHalvesOfACarSeenAsTwoMergeOnceTheyOverlap) {
+  std::mt19937 random(5);
+  const Pose T = viewpoint(0, 0);
+  const Frame front = box(random, 500, kCar, Vec3(6.4, 3, 0), Vec3(1.2, 0.9, 0.7));
+  const Frame back = box(random, 500, kCar, Vec3(5.0, 3, 0), Vec3(1.6, 0.9, 0.7));
+  Map map;
+  fuseInto(map, seenFrom(T, {front, back}), T);
+  ASSERT_EQ(map.nodes().size(), 1U);
+  expectPooled(map.find(1)->belief, together(front, back));
+}
+
+TEST(Fuse, ABridgeBetweenTwoNodesLeavesTheOlderOneAndReportsTheOther) {
+  std::mt19937 random(6);
+  const Pose T = viewpoint(0, 0);
+  const Frame left = box(random, 400, kCar, Vec3(4, 3, 0), Vec3(0.8, 0.9, 0.7));
+  const Frame right = box(random, 400, kCar, Vec3(6.4, 3, 0), Vec3(0.8, 0.9, 0.7));
+  const Frame whole = box(random, 900, kCar, Vec3(5.2, 3, 0), Vec3(2.0, 0.9, 0.7));
+  Map map;
+  fuseInto(map, seenFrom(T, {left}), T);
+  fuseInto(map, seenFrom(T, {right}), T);
+  ASSERT_EQ(map.nodes().size(), 2U);
+  const MapDelta delta = fuseInto(map, seenFrom(T, {whole}), T, {{0, 2, 0.5}});
+  EXPECT_EQ(delta.changed, (std::vector<NodeId>{1}));
+  EXPECT_EQ(delta.removed, (std::vector<NodeId>{2}));
+  ASSERT_EQ(map.nodes().size(), 1U);
+  expectPooled(map.find(1)->belief, together(together(left, right), whole));
+}
+
+TEST(Fuse, NeighboursFartherApartThanTheirClassClustersStayApart) {
+  // Parked side by side with a metre of air, twice the radius of their class; one may be seen hardly at all.
+  std::mt19937 random(7);
+  for (const int points : {900, 400, 60, 20}) {
+    Map map;
+    for (int view = 0; view < 10; ++view) {
+      const Pose T = viewpoint(view, 5.0 * view);
+      const LocalGraph local = seenFrom(T, {carAt(random, Vec3(5, 3, 0), 900), carAt(random, Vec3(5, 5.8, 0), points)});
+      fuseInto(map, local, T, view == 0 ? std::vector<ObjectPair>{} : std::vector<ObjectPair>{{0, 1, 0}, {1, 2, 0}});
+      ASSERT_EQ(map.nodes().size(), 2U) << points << " points, view " << view;
+    }
+  }
+}
+
+TEST(Fuse, ObjectsOfDifferentClassesNeverMerge) {
+  std::mt19937 random(8);
+  const Pose T = viewpoint(0, 0);
+  const Frame pole = box(random, 300, kPole, Vec3(5, 3, 0), Vec3(0.1, 0.1, 0.7));
+  Map map;
+  fuseInto(map, seenFrom(T, {carAt(random, Vec3(5, 3, 0), 900), pole}), T);
+  EXPECT_EQ(map.nodes().size(), 2U);
+}
+
+TEST(Fuse, StuffMergesWithinItsTileAndNeverAcross) {
+  std::mt19937 random(9);
+  Map map;
+  for (int view = 0; view < 3; ++view) {
+    const Pose T = viewpoint(view, 10.0 * view);
+    const Frame left = box(random, 2000, kRoad, Vec3(3, 0, -1), Vec3(1.9, 4.9, 0.02));
+    const Frame right = box(random, 2000, kRoad, Vec3(7, 0, -1), Vec3(1.9, 4.9, 0.02));  // across the border, x = 5
+    const LocalGraph local = seenFrom(T, {left, right});
+    fuseInto(map, local, T, pairsByTile(map, local));
+  }
+  ASSERT_EQ(map.nodes().size(), 2U);
+  for (const auto& [id, node] : map.nodes()) {
+    EXPECT_TRUE(node.stuff);
+    EXPECT_EQ(map.findTile(kRoad, node.tile), &node);
+    EXPECT_EQ(node.belief.kappa, 6000);
+  }
+}
+
+TEST(Fuse, ConservesTheEvidenceExactlyWhateverTheFramesAndPairs) {
+  std::mt19937 random(10);
+  for (int round = 0; round < 5; ++round) {
+    Map map;
+    double total = 0;
+    for (int step = 0; step < 20; ++step) {
+      const Pose T = randomPose(random, 5);
+      std::vector<Frame> objects{box(random, 300, kRoad, Vec3(0, 0, -1), Vec3(4, 4, 0.01))};
+      for (int k = 0; k < 12; ++k) {  // crowded, so that much overlaps
+        const int points = 10 + static_cast<int>(below(random, 200));
+        objects.push_back(box(random, points, kCar, randomVector(random, 8), randomVector(random, 1.5)));
+      }
+      const LocalGraph local = seenFrom(T, objects);
+      std::vector<ObjectPair> pairs = pairsByTile(map, local);
+      int next = 1;
+      for (const auto& [id, node] : map.nodes()) {
+        if (!node.stuff && next <= 12 && below(random, 2) == 0) {
+          pairs.push_back({next++, id, 0});  // any pair will do
+        }
+      }
+      total += kappaOf(local);
+      fuseInto(map, local, T, pairs);
+      ASSERT_EQ(kappaOf(map), total) << "round " << round << ", step " << step;
+      for (const auto& [id, node] : map.nodes()) {
+        ASSERT_EQ(leafKappaOf(node), node.belief.kappa);
+      }
+    }
+  }
+}
+
+TEST(Fuse, LeafCountIsBoundedBySurfaceNotByViews) {
+  // A wall of 8 m by 3 m, seen a thousand times with a jitter of the pose, differently sampled each time.
+  std::mt19937 random(11);
+  const double cells = 8 * 3 / std::pow(Config{}.map.leaf_size, 2);
+  Map map;
+  std::size_t early = 0;
+  for (int view = 0; view < 1000; ++view) {
+    const Pose T = viewpoint(uniform(random, 0, 8), uniform(random, -30, 30));
+    const Frame wall = box(random, 1500, kPole, Vec3(4, 4, 1.5) + randomVector(random, 0.02), Vec3(4, 0.02, 1.5));
+    fuseIntoFirst(map, seenFrom(T, {wall}), T);
+    early = view == 100 ? map.leafCount() : early;
+  }
+  ASSERT_EQ(map.nodes().size(), 1U);
+  EXPECT_LE(static_cast<double>(map.leafCount()), 2 * cells);
+  EXPECT_LE(static_cast<double>(map.leafCount()), 1.2 * static_cast<double>(early))
+      << "still growing after a hundred views";
+  EXPECT_EQ(kappaOf(map), 1.5e6);
+  const MapNode& node = *map.find(1);
+  for (const Leaf& leaf : node.leaves) {
+    EXPECT_NEAR((node.T_map_object * unpackLeaf(leaf).mean).y(), 4, 0.1) << "a leaf left the wall";
+  }
+}
+
+TEST(Fuse, OfAnEmptyFrameOnlyMovesThePose) {
+  std::mt19937 random(12);
+  Map map;
+  fuseInto(map, seenFrom(viewpoint(0, 0), {carAt(random, Vec3(5, 3, 0), 500)}), viewpoint(0, 0));
+  LocalGraph nothing;
+  nothing.utime_us = 9;
+  const MapDelta delta = fuseInto(map, nothing, viewpoint(5, 0));
+  EXPECT_TRUE(delta.changed.empty());
+  EXPECT_TRUE(delta.removed.empty());
+  EXPECT_EQ(map.keyframes().size(), 2U);
+  EXPECT_EQ(map.nodes().size(), 1U);
+}
+
+TEST(FuseLeaves, KeepEvidenceAndMomentsInAnotherFrame) {
+  std::mt19937 random(13);
+  for (int round = 0; round < 30; ++round) {
+    const Pose T = randomPose(random, 3);
+    std::vector<Leaf> leaves;
+    Belief expected;
+    for (int view = 0; view < 4; ++view) {
+      std::vector<Belief> additions;
+      for (int k = 0; k < 50; ++k) {
+        Belief b = randomBelief(random, 3);
+        b.cov *= 0.01;
+        additions.push_back(b);
+        expected = merge(expected, transform(T, b));
+      }
+      fuseLeaves(leaves, additions, T, 0.4);
+    }
+    Belief merged;
+    for (const Leaf& leaf : leaves) {
+      merged = merge(merged, unpackLeaf(leaf));
+    }
+    EXPECT_EQ(merged.kappa, expected.kappa);
+    EXPECT_LE((merged.mean - expected.mean).norm(), 1e-5);
+    EXPECT_LE((merged.cov - expected.cov).norm(), 1e-4);
+  }
+}
+
+TEST(FuseLeaves, FarApartStayApartAndOnTopOfEachOtherBecomeOne) {
+  const Belief a{Vec3(0.2, 0.2, 0.2), 1e-4 * Mat3::Identity(), 5}, b{Vec3(0.2, 3.2, 0.2), 1e-4 * Mat3::Identity(), 7};
+  std::vector<Leaf> leaves;
+  fuseLeaves(leaves, std::vector<Belief>{a, b}, Pose::Identity(), 0.4);
+  EXPECT_EQ(leaves.size(), 2U);
+  for (int view = 0; view < 10; ++view) {
+    fuseLeaves(leaves, std::vector<Belief>{b, a}, Pose::Identity(), 0.4);
+  }
+  ASSERT_EQ(leaves.size(), 2U);
+  EXPECT_EQ(leaves[0].kappa + leaves[1].kappa, 11 * 12);
+}
+
+TEST(FuseLeaves, OfNothingChangeNothing) {
+  std::vector<Leaf> leaves;
+  fuseLeaves(leaves, {}, Pose::Identity(), 0.4);
+  EXPECT_TRUE(leaves.empty());
+}
+
+TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
+  std::mt19937 random(14);
+  MapNode keep = nodeAt(kCar, Vec3(0, 0, 0)), other = nodeAt(kCar, Vec3(1, 0, 0), 0.5, 40);
+  keep.id = 3, other.id = 9;
+  keep.views = 4, other.views = 6, keep.first_us = 50, keep.last_us = 60, other.first_us = 10, other.last_us = 55;
+  keep.leaves.push_back(packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 100}));
+  other.T_map_object.linear() = randomRotation(random);
+  other.leaves.push_back(packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 40}));
+  const Pose frame = keep.T_map_object;
+  absorb(keep, other, 0.4);
+  EXPECT_EQ(keep.id, 3);
+  EXPECT_EQ(keep.T_map_object.matrix(), frame.matrix());
+  EXPECT_EQ(keep.belief.kappa, 140);
+  EXPECT_NEAR(keep.belief.mean.x(), 40.0 / 140, 1e-12);
+  EXPECT_EQ(keep.views, 6);
+  EXPECT_EQ(keep.first_us, 10);
+  EXPECT_EQ(keep.last_us, 60);
+  ASSERT_EQ(keep.leaves.size(), 2U);
+  EXPECT_NEAR(keep.leaves[0].mean[0] + keep.leaves[1].mean[0], 1, 1e-6);  // a metre apart in the frame of the one kept
+}
+
+}  // namespace
+}  // namespace hgg
