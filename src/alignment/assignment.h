@@ -14,9 +14,9 @@ struct Candidate {
   double cost = 0;
 };
 
-/// The one-to-one choice of candidates that minimises the summed cost where an unmatched row costs `unmatched`. Costs are
-/// not negative; candidates costing `unmatched` or more are never chosen. Works block by block of the sparse candidate
-/// graph: time grows with the candidates, not with rows times columns. Returned by row.
+/// The one-to-one choice of candidates that minimises the summed cost where an unmatched row costs `unmatched`. Costs
+/// are not negative; candidates costing `unmatched` or more are never chosen. Works block by block of the sparse
+/// candidate graph: time grows with the candidates, not with rows times columns. Returned by row.
 std::vector<Candidate> assignSparse(const std::vector<Candidate>& candidates, double unmatched);
 
 }  // namespace hgg

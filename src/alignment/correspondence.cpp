@@ -40,7 +40,8 @@ std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
 std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGraph& active, const Pose& T_map_body,
                                        const AlignmentConfig& config) {
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
-  // The Wasserstein distance is never below the distance of the means, so with a share of it in the cost this prunes nothing that could pass the gate.
+  // The Wasserstein distance is never below the distance of the means, so with a share of it in the cost this prunes
+  // nothing that could pass the gate.
   const double reach = config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {

@@ -1,5 +1,6 @@
-// Independent values for the closed-form formulas of the method (numpy/scipy in double precision; the geodesics at 60 digits,
-// since double-precision matrix powers lose up to 3e-9 on the flattest pair). tests/data/vectors.json carries the numbers.
+// Independent values for the closed-form formulas of the method (numpy/scipy in double precision; the geodesics at 60
+// digits, since double-precision matrix powers lose up to 3e-9 on the flattest pair). tests/data/vectors.json carries
+// the numbers.
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -40,12 +41,15 @@ std::vector<Vec3> points(const Json& j) {
 
 constexpr double kTolerance = 1e-9;
 
-void expectClose(double actual, double expected) { EXPECT_NEAR(actual, expected, kTolerance * std::max(std::abs(expected), 1e-3)); }
+void expectClose(double actual, double expected) {
+  EXPECT_NEAR(actual, expected, kTolerance * std::max(std::abs(expected), 1e-3));
+}
 
 /// Relative to the size of the whole vector or matrix.
 template <typename A, typename B>
 void expectClose(const Eigen::MatrixBase<A>& actual, const Eigen::MatrixBase<B>& expected) {
-  EXPECT_LE((actual - expected).norm(), kTolerance * std::max(expected.norm(), 1e-3)) << actual << "\nexpected\n" << expected;
+  EXPECT_LE((actual - expected).norm(), kTolerance * std::max(expected.norm(), 1e-3)) << actual << "\nexpected\n"
+                                                                                      << expected;
 }
 
 void expectClose(const Belief& actual, const Belief& expected) {
