@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "eval/calibration.h"
 #include "eval/graph.h"
 #include "truth/objects.h"
 
@@ -13,8 +14,16 @@ namespace hgg {
 struct Match {
   NodeId prediction = 0;
   std::int64_t truth = 0;
-  double distance = 0;  // m between the means
+  double distance = 0;           // m between the means
+  double extent_error = 0;       // m, 2-Wasserstein distance of the two Gaussians
+  double normalised_square = 0;  // of the position error under the published position covariance
 };
+
+/// Mean, median and maximum; NaN of nothing.
+struct Spread {
+  double mean = 0, median = 0, max = 0;
+};
+Spread spreadOf(std::vector<double> values);
 
 /// Counts and position errors of one class, or of all.
 struct ObjectScore {
@@ -28,9 +37,9 @@ struct ObjectScore {
   double precision() const;
   double recall() const;
   double f1() const;
-  double meanError() const;
-  double medianError() const;
-  double maxError() const;
+  Spread positionError() const;
+  Spread extentError() const;
+  Calibration calibration() const;
 };
 
 struct ObjectEvaluation {
