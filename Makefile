@@ -4,14 +4,15 @@ OUT ?= out/demo
 JOBS ?= $(shell nproc)
 WERROR ?= OFF
 CMAKE_FLAGS ?=
+ARGS ?=
 CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp' 'bench/*.h')
 
-.PHONY: help demo test test-sanitize kitti live bench deps build format lint clean
+.PHONY: help demo test test-sanitize kitti live bench evaluate deps build format lint clean
 
 help:  ## show this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 16
 
-demo: build  ## simulate a small world, map it, say what came out and where
+demo: build  ## simulate a flat, map it, say what came out and where, make a report to look at
 	tools/demo.sh $(BUILD) $(OUT)
 
 test: build  ## all tests; those on real data skip, saying so, where ../shared/data is absent
@@ -29,6 +30,9 @@ live: build  ## play a log over real LCM, loopback only, and hold the map agains
 
 bench: build  ## time the stages
 	$(BUILD)/hgg_bench
+
+evaluate: build  ## measure everything: docs/evaluation.md and .html (hours; ARGS=--quick: minutes)
+	tools/evaluate.py --build $(BUILD) $(ARGS)
 
 deps:  ## install what is missing (Debian packages)
 	tools/install_deps.sh

@@ -67,6 +67,9 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
         KeyDoc{0.01, 1, "", "same-class things whose extents overlap more (Bhattacharyya coefficient) are one object"});
   visit("map", "active_radius", c.map.active_radius,
         KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
+
+  visit("ablation", "symmetric_merge", c.ablation.symmetric_merge,
+        KeyDoc{0, 0, "", "for evaluation only: merge beliefs half and half, blind to their evidence"});
 }
 
 std::string dotted(const char* section, const char* key) {
@@ -93,13 +96,15 @@ class Reader {
       complain(*node, fmt::format("'{}' must be {}", name, typeName<T>()));
       return;
     }
-    if constexpr (std::is_arithmetic_v<T>) {
+    if constexpr (std::is_same_v<T, int> || std::is_same_v<T, double>) {
       const auto value = static_cast<double>(member);
       if (!(value >= doc.min && value <= doc.max)) {
         complain(*node, fmt::format("'{}' = {} is outside {} .. {} {}", name, value, doc.min, doc.max, doc.unit));
       }
-    } else if (member.empty() && name != "classes") {
-      complain(*node, fmt::format("'{}' must not be empty", name));
+    } else if constexpr (std::is_same_v<T, std::string>) {
+      if (member.empty() && name != "classes") {
+        complain(*node, fmt::format("'{}' must not be empty", name));
+      }
     }
   }
 
@@ -121,7 +126,10 @@ class Reader {
  private:
   template <typename T>
   static const char* typeName() {
-    return std::is_same_v<T, std::string> ? "a string" : std::is_same_v<T, int> ? "an integer" : "a number";
+    return std::is_same_v<T, std::string> ? "a string"
+           : std::is_same_v<T, bool>      ? "true or false"
+           : std::is_same_v<T, int>       ? "an integer"
+                                          : "a number";
   }
 
   template <typename T>
@@ -131,7 +139,7 @@ class Reader {
       member = value ? static_cast<int>(std::clamp<std::int64_t>(*value, INT32_MIN, INT32_MAX)) : member;
       return value.has_value();
     } else {
-      const auto value = node.is_boolean() ? std::nullopt : node.value<T>();
+      const auto value = node.is_boolean() == std::is_same_v<T, bool> ? node.value<T>() : std::nullopt;
       member = value.value_or(member);
       return value.has_value();
     }
@@ -231,7 +239,7 @@ std::string printConfig(const Config& config) {
       value = quoted(member);
     } else {
       value = fmt::format("{}", member);
-      about += fmt::format("; {} .. {}", doc.min, doc.max);
+      about += std::is_same_v<T, bool> ? "" : fmt::format("; {} .. {}", doc.min, doc.max);
       if (std::is_floating_point_v<T> && value.find_first_of(".e") == std::string::npos) {
         value += ".0";
       }

@@ -46,6 +46,11 @@ struct MapConfig {
   double active_radius = 100.0;
 };
 
+/// Weakened variants that an evaluation compares with; not for a robot.
+struct AblationConfig {
+  bool symmetric_merge = false;
+};
+
 /// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the
 /// checks and --print-config all take them from.
 struct Config {
@@ -55,6 +60,7 @@ struct Config {
   CreationConfig creation;
   AlignmentConfig alignment;
   MapConfig map;
+  AblationConfig ablation;
 };
 
 struct LoadedConfig {

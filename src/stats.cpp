@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kBinGrowth = 1.005;
 constexpr double kSmallest = 1e-3;  // values below share the first bin
-constexpr std::size_t kMemorySamples = 200;
 
 double peakResidentMegabytes() {
   rusage usage{};
@@ -21,8 +20,9 @@ double peakResidentMegabytes() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
+double rounded(double ms) { return std::round(ms * 1000) / 1000; }
+
 nlohmann::ordered_json summary(const Distribution& d) {
-  const auto rounded = [](double ms) { return std::round(ms * 1000) / 1000; };
   return {{"p50", rounded(d.quantile(0.5))},
           {"p90", rounded(d.quantile(0.9))},
           {"p99", rounded(d.quantile(0.99))},
@@ -54,8 +54,34 @@ double Distribution::quantile(double q) const {
   return max_;
 }
 
+void FrameCurve::add(double value) {
+  const auto is_full = [&] { return bins_.empty() || bins_.back().count == bin_width_; };
+  if (bins_.size() == max_bins_ && is_full()) {
+    halve();
+  }
+  if (is_full()) {
+    bins_.emplace_back();
+  }
+  Bin& bin = bins_.back();
+  bin.max = bin.count == 0 ? value : std::max(bin.max, value);
+  bin.sum += value;
+  ++bin.count;
+  bin.last_frame = ++frames_;
+}
+
+void FrameCurve::halve() {
+  for (std::size_t k = 0; 2 * k < bins_.size(); ++k) {
+    const Bin& a = bins_[2 * k];
+    const Bin b = 2 * k + 1 < bins_.size() ? bins_[2 * k + 1] : Bin{a.last_frame, 0, 0, a.max};
+    bins_[k] = {b.last_frame, a.count + b.count, a.sum + b.sum, std::max(a.max, b.max)};
+  }
+  bins_.resize((bins_.size() + 1) / 2);
+  bin_width_ *= 2;
+}
+
 void RunStats::add(const FrameTiming& timing, double map_mb) {
   frame_ms_.add(timing.frame_ms);
+  time_.add(timing.frame_ms);
   for (const auto& [name, ms] : timing.stage_ms) {
     stage_ms_[name].add(ms);
   }
@@ -63,7 +89,7 @@ void RunStats::add(const FrameTiming& timing, double map_mb) {
     return;
   }
   memory_.push_back({frames_, map_mb, residentMegabytes()});
-  if (memory_.size() >= kMemorySamples) {  // thin out to every second sample
+  if (memory_.size() >= kCurvePoints) {  // thin out to every second sample
     for (std::size_t k = 0; 2 * k < memory_.size(); ++k) {
       memory_[k] = memory_[2 * k];
     }
@@ -96,6 +122,10 @@ std::string RunStats::json(const RunCounters& c, const Map& map) const {
     j["memory"].push_back({{"frame", m.frame},
                            {"map_mb", std::round(m.map_mb * 1000) / 1000},
                            {"rss_mb", std::round(m.rss_mb * 10) / 10}});
+  }
+  j["time"] = nlohmann::ordered_json::array();
+  for (const FrameCurve::Bin& bin : time_.bins()) {
+    j["time"].push_back({{"frame", bin.last_frame}, {"mean_ms", rounded(bin.mean())}, {"max_ms", rounded(bin.max)}});
   }
   return j.dump(1) + "\n";
 }

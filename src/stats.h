@@ -32,6 +32,30 @@ class Distribution {
   double sum_ = 0, max_ = 0;
 };
 
+/// A value per frame as a curve of bounded size: neighbouring frames share a bin, and bins double their width when they
+/// become too many. Means and maxima stay exact.
+class FrameCurve {
+ public:
+  struct Bin {
+    std::int64_t last_frame = 0, count = 0;  // frames are numbered from 1
+    double sum = 0, max = 0;
+    double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+  };
+
+  explicit FrameCurve(std::size_t max_bins) : max_bins_(max_bins) {}
+  /// The value of the next frame.
+  void add(double value);
+  /// At most max_bins, oldest first; all but the last hold the same number of frames.
+  const std::vector<Bin>& bins() const { return bins_; }
+
+ private:
+  void halve();
+
+  std::size_t max_bins_;
+  std::vector<Bin> bins_;
+  std::int64_t frames_ = 0, bin_width_ = 1;
+};
+
 /// Counters of a run, as stats.json shows them.
 struct RunCounters {
   std::int64_t frames = 0;
@@ -43,7 +67,7 @@ struct RunCounters {
 class RunStats {
  public:
   void add(const FrameTiming& timing, double map_mb);
-  /// stats.json (keys in docs/operations.md). The memory curve has at most 200 points.
+  /// stats.json (keys in docs/operations.md). The memory and time curves have at most 200 points each.
   std::string json(const RunCounters& counters, const Map& map) const;
 
  private:
@@ -52,7 +76,10 @@ class RunStats {
     double map_mb = 0, rss_mb = 0;
   };
 
+  static constexpr std::size_t kCurvePoints = 200;
+
   Distribution frame_ms_;
+  FrameCurve time_{kCurvePoints};
   std::map<std::string, Distribution> stage_ms_;
   std::vector<MemorySample> memory_;
   std::int64_t frames_ = 0, sample_every_ = 1;

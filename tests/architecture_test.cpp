@@ -67,7 +67,7 @@ std::string roomOf(const std::string& path) {
   return stem == "config" || stem == "mapper" ? stem : stem == "default_classes" ? "core" : "top";
 }
 
-const std::set<std::string> kPlainStructs{"frame/frame.h", "publish/messages.h"};
+const std::set<std::string> kPlainStructs{"frame/frame.h", "frame/image.h", "publish/messages.h"};
 
 /// Which rooms each room may look into, beside itself and the plain structs.
 const std::map<std::string, std::set<std::string>> kMayInclude{

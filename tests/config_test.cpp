@@ -119,6 +119,16 @@ TEST(ParseConfig, ListsEveryUnknownKeyAndBadValueAtOnceWithItsLine) {
   EXPECT_EQ(linesIn(error), 10) << error;
 }
 
+TEST(ParseConfig, SwitchesAreTrueOrFalseAndNothingElse) {
+  EXPECT_TRUE(parseConfig("[ablation]\nsymmetric_merge = true\n", "f")->ablation.symmetric_merge);
+  EXPECT_FALSE(parseConfig("[ablation]\nsymmetric_merge = false\n", "f")->ablation.symmetric_merge);
+  for (const char* value : {"1", "\"true\"", "0.5", "[]"}) {
+    EXPECT_TRUE(has(complaints(std::string("[ablation]\nsymmetric_merge = ") + value),
+                    "'ablation.symmetric_merge' must be true or false"))
+        << value;
+  }
+}
+
 TEST(ParseConfig, AcceptsTheEndsOfARangeAndNothingBeyond) {
   EXPECT_TRUE(parseConfig("[frame]\nrange_min = 0\n[creation]\nleaf_points = 4\n", "f"));
   EXPECT_TRUE(parseConfig("[frame]\nrange_max = 1000\n[map]\nmerge_overlap = 1\n", "f"));

@@ -1,18 +1,20 @@
 #!/usr/bin/env bash
-# The main job from nothing: simulate a small world, map it, hold the map against the truth, say what came out and where.
+# The main job from nothing: simulate a flat, map it, hold the map against the truth, say what came out and where.
 set -euo pipefail
+repo=$(cd "$(dirname "$0")/.." && pwd)
 build=${1:-build}
 out=${2:-out/demo}
 mkdir -p "$out"
 
-echo "== simulate: a yard seen by a spinning LiDAR, two laps"
-"$build/hgg-sim" yard -o "$out/yard.lcm" --truth "$out/truth" --frames 400
+echo "== simulate: a furnished flat seen by a depth camera"
+"$build/hgg-sim" apartment --sensor rgbd -o "$out/apartment.lcm" --truth "$out/truth" --frames 500
 echo "== map it"
-"$build/hggmap" replay "$out/yard.lcm" --out "$out"
+"$build/hggmap" replay "$out/apartment.lcm" --config "$repo/firmware_cfg/indoor/hggmap.toml" --out "$out"
 echo "== what is in the map"
 "$build/hggmap" info "$out/map.hgg"
 echo "== against the truth"
-"$build/hgg-eval" --map "$out/map.hgg" --truth "$out/truth" --radius 1
+"$build/hgg-eval" --map "$out/map.hgg" --truth "$out/truth" --trajectory "$out/trajectory.tum" --log "$out/apartment.lcm" \
+  --radius 0.5 --spacing 0.05 --html "$out/report.html" --title "A furnished flat, seen by a depth camera"
 "$build/hggmap" export "$out/map.hgg" --format json -o "$out/map.json"
 "$build/hggmap" export "$out/map.hgg" --format ply -o "$out/map.ply"
 python3 - "$out/stats.json" <<'PY'
@@ -28,4 +30,5 @@ cat <<TXT
   map.ply         one vertex a leaf Gaussian, for any point cloud viewer
   trajectory.tum  a pose a frame
   stats.json      rates, stage times, memory over time
+== look at it: open $out/report.html in a browser
 TXT

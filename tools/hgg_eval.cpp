@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "eval/html.h"
 #include "eval/report.h"
 
 namespace {
@@ -12,49 +14,87 @@ constexpr const char* kHelp = R"(hgg-eval: compares a map with the truth.
 
 Objects: each (map object, true object) pair of the same class within the radius is a candidate; the closest is taken first,
 each object at most once. Matched = found, true objects left = missed, map objects left = ghosts. Only things count; true
-objects that move are left out, and a map object that matches one of them is neither found nor a ghost.
+objects that move or are taken away are left out, and a map object that matches one of them is neither found nor a ghost.
 Trajectory: with --trajectory the map is first laid over the truth by the rigid transform between estimated and true poses
-(mean rotation, mean position), because a map may start anywhere; the ATE is the usual RMSE after its own best fit.)";
+(mean rotation, mean position), because a map may start anywhere; the ATE is the usual RMSE after its own best fit.
+Geometry, where the truth has cloud.ply: points of the leaves against the cloud, cropped to 3 m around them, aligned.
+Retrieval: the answers of hggmap query --batch TRUTH/queries.jsonl. Cost: stats.json.)";
 
 constexpr const char* kFooter = R"(Examples:
-  hgg-eval --map out/map.hgg --truth yard_truth
-  hgg-eval --map out/map.hgg --truth truth --trajectory out/trajectory.tum --poses poses.txt --class car --radius 1.5
+  hgg-eval --map out/map.hgg --truth yard_truth --html report.html
+  hgg-eval --map out/map.hgg --truth truth --trajectory out/trajectory.tum --log drive.lcm --class car --radius 1.5
 Exit codes: 0 done, 2 bad input or usage.)";
+
+struct Arguments {
+  hgg::EvalOptions options;
+  bool json = false;
+  std::string html, title;
+};
 
 int fail(const std::string& error) {
   std::fprintf(stderr, "hgg-eval: %s\n", error.c_str());
   return kBadInput;
 }
 
-void addOptions(CLI::App& app, hgg::EvalOptions& options, bool& json) {
+void addInputs(CLI::App& app, hgg::EvalOptions& options) {
   auto* map = app.add_option("--map", options.map, "map.hgg to evaluate")->type_name("FILE");
   auto* graph = app.add_option("--graph", options.graph, "graph JSON to evaluate instead")->type_name("FILE");
   map->excludes(graph);
-  app.add_option("--truth", options.truth, "truth directory: gt_objects.json, poses.txt")->required()->type_name("DIR");
+  app.add_option("--truth", options.truth, "truth directory: gt_objects.json, poses.txt, cloud.ply, queries.jsonl")
+      ->required()
+      ->type_name("DIR");
   auto* trajectory =
       app.add_option("--trajectory", options.trajectory, "estimated trajectory (TUM)")->type_name("FILE");
   auto* poses = app.add_option("--poses", options.poses, "true poses, 3x4 rows [DIR/poses.txt]")->type_name("FILE");
-  auto* times =
-      app.add_option("--times", options.times, "times of the true poses in seconds, when their count differs");
+  auto* times = app.add_option("--times", options.times,
+                               "times of the true poses in seconds, when their count differs [DIR/times.txt]");
+  auto* log = app.add_option("--log", options.log, "the mapper's input: scores its odometry too")->type_name("LOG");
+  app.add_option("--odometry-channel", options.odometry_channel, "in that log")->needs(log)->capture_default_str();
+  app.add_option("--cloud-channel", options.cloud_channel, "in that log")->needs(log)->capture_default_str();
   times->type_name("FILE")->needs(trajectory);
   poses->needs(trajectory);
-  app.add_option("--radius", options.radius, "m, how far a match may be away")
+  log->needs(trajectory);
+  app.add_option("--stats", options.stats, "cost of the run [stats.json beside the map]")->type_name("FILE");
+  app.add_option("--answers", options.answers, "of hggmap query --batch to the truth's queries")->type_name("FILE");
+}
+
+void addOptions(CLI::App& app, Arguments& args) {
+  addInputs(app, args.options);
+  app.add_option("--radius", args.options.radius, "m, how far a match may be away")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--class", options.classes, "evaluate these classes only (names or ids)")->type_name("NAME");
-  app.add_flag("--json", json, "print JSON");
+  app.add_option("--spacing", args.options.spacing, "m, between the points geometry is compared over")
+      ->check(CLI::Range(0.005, 10.0))
+      ->capture_default_str();
+  app.add_option("--class", args.options.classes, "evaluate these classes only (names or ids)")->type_name("NAME");
+  app.add_flag("--json", args.json, "print JSON");
+  auto* html = app.add_option("--html", args.html, "write a report to look at: one self-contained page");
+  html->type_name("FILE");
+  app.add_option("--title", args.title, "of the report [the map's path]")->needs(html);
   app.footer(kFooter);
 }
 
-int run(const hgg::EvalOptions& options, bool json) {
-  if (options.map.empty() && options.graph.empty()) {
+/// An error line, empty when done.
+std::string writePage(const Arguments& args, const hgg::Evaluation& evaluation) {
+  const auto& map = args.options.map.empty() ? args.options.graph : args.options.map;
+  std::ofstream out(args.html, std::ios::binary);
+  out << htmlReport(evaluation, args.title.empty() ? map.string() : args.title);
+  out.close();
+  return out ? "" : "cannot write " + args.html;
+}
+
+int run(const Arguments& args) {
+  if (args.options.map.empty() && args.options.graph.empty()) {
     return fail("give a map with --map or --graph (see --help)");
   }
-  const auto evaluation = hgg::evaluate(options);
+  const auto evaluation = hgg::evaluate(args.options);
   if (!evaluation) {
     return fail(evaluation.error);
   }
-  const std::string text = json ? toJson(*evaluation).dump(2) + "\n" : formatTable(*evaluation);
+  if (const std::string error = args.html.empty() ? "" : writePage(args, *evaluation); !error.empty()) {
+    return fail(error);
+  }
+  const std::string text = args.json ? toJson(*evaluation).dump(2) + "\n" : formatTable(*evaluation);
   std::fputs(text.c_str(), stdout);
   return 0;
 }
@@ -63,13 +103,12 @@ int run(const hgg::EvalOptions& options, bool json) {
 
 int main(int argc, char** argv) {
   CLI::App app(kHelp);
-  hgg::EvalOptions options;
-  bool json = false;
-  addOptions(app, options, json);
+  Arguments args;
+  addOptions(app, args);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return e.get_exit_code() == 0 ? app.exit(e) : fail(std::string(e.what()) + " (see --help)");
   }
-  return run(options, json);
+  return run(args);
 }

@@ -1,16 +1,29 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <thread>
 
-#include "sim/simulate.h"
+#include "sim/options.h"
 
 namespace {
 
 constexpr int kBadInput = 2;
 
+constexpr const char* kAbout =
+    R"(hgg-sim: drives sensors through a made-up world. Writes an LCM log for hggmap and a truth directory for hgg-eval
+(gt_objects.json, poses.txt, cloud.ply, queries.jsonl). Sensors with cameras also write rig.toml beside the log.)";
+
+constexpr const char* kExamples = R"(Examples:
+  hgg-sim --list
+  hgg-sim street -o street.lcm --truth street_truth --seed 3
+  hgg-sim office -o office.lcm --truth office_truth --sensor rgbd --labels poor --odometry excellent
+  hgg-sim campus -o campus.lcm --truth campus_truth --sensor rig --cameras 2 --dynamics --motion-distortion
+  hgg-sim --path 07_gt.txt 07_odometry.txt -o 07.lcm --truth 07_truth
+Exit codes: 0 done, 2 bad input or usage.)";
+
 struct Arguments {
-  std::string world, log, truth;
-  double drift_percent = 0;
-  hgg::SimOptions options;
+  std::string log, truth;
+  bool list = false;
+  hgg::SimArguments sim;
 };
 
 int fail(const std::string& error) {
@@ -18,48 +31,124 @@ int fail(const std::string& error) {
   return kBadInput;
 }
 
-void addOptions(CLI::App& app, Arguments& args) {
-  hgg::SimOptions& options = args.options;
-  app.add_option("WORLD", args.world, "world to drive through")->required()->check(CLI::IsMember(hgg::sceneNames()));
-  app.add_option("-o,--output", args.log, "LCM log to write")->required()->type_name("LOG");
-  app.add_option("--truth", args.truth, "truth directory to write: gt_objects.json, poses.txt")
-      ->required()
-      ->type_name("DIR");
-  app.add_option("--seed", options.seed, "varies placement and noise")->capture_default_str();
-  app.add_option("--frames", options.frames, "frames at 10 Hz")->check(CLI::Range(1, 1000000))->capture_default_str();
-  app.add_option("--beams", options.lidar.beams, "beams of the LiDAR")
-      ->check(CLI::Range(1, 1024))
-      ->capture_default_str();
-  app.add_option("--drift", args.drift_percent, "odometry error in percent of the distance travelled")
-      ->check(CLI::Range(0.0, 100.0))
-      ->capture_default_str();
-  app.add_flag("--instances", options.instances, "put object ids on the points");
-  app.footer(
-      "Example:\n  hgg-sim yard -o yard.lcm --truth yard_truth --seed 1\nExit codes: 0 done, 2 bad input or usage.");
+std::vector<std::string> namesOf(const std::vector<hgg::SensorName>& sensors) {
+  std::vector<std::string> names;
+  for (const auto& sensor : sensors) names.push_back(sensor.name);
+  return names;
 }
 
-int run(Arguments args) {
-  args.options.odometry = hgg::driftOf(args.drift_percent);
-  const auto scene = hgg::makeScene(args.world, args.options.seed);
-  hgg::ProgressBar bar("simulate");
-  const auto truth = hgg::simulate(*scene, args.options, args.log, onBar(bar));
-  if (!truth) {
-    return fail(truth.error);
+void addWorldOptions(CLI::App& app, Arguments& args) {
+  app.add_option("WORLD", args.sim.world, "world to drive through; --list names them");
+  app.add_option("--path", args.sim.path,
+                 "a world along a real way: true and odometry poses, KITTI camera frame, 10 Hz")
+      ->expected(2)
+      ->type_name("GT ODOM");
+  app.add_flag("--list", args.list, "name the worlds and sensors");
+  app.add_option("-o,--output", args.log, "LCM log to write")->type_name("LOG");
+  app.add_option("--truth", args.truth, "truth directory to write")->type_name("DIR");
+  app.add_option("--seed", args.sim.options.seed, "varies placement and noise")->capture_default_str();
+  app.add_option("--frames", args.sim.options.frames, "how many; 0: the world's whole tour")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  app.add_option("--rate", args.sim.options.rate_hz, "frames a second")
+      ->type_name("HZ")
+      ->check(CLI::Range(0.1, 100.0))
+      ->capture_default_str();
+  app.add_flag("--dynamics{1.0}", args.sim.dynamics,
+               "people and cars move, things change between laps; =SHARE (0..1) of the most the world has")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_flag("--gait", args.sim.gait, "the body rolls and pitches as on legs");
+  app.add_option("--threads", args.sim.options.threads, "they change the time it takes, nothing else")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+}
+
+void addSensorOptions(CLI::App& app, Arguments& args) {
+  hgg::SimArguments& sim = args.sim;
+  const auto share = CLI::Range(0.0, 1.0);
+  app.add_option("--sensor", sim.sensor, "what the body carries")
+      ->check(CLI::IsMember(namesOf(hgg::sensorNames())))
+      ->capture_default_str();
+  app.add_option("--cameras", sim.cameras, "of the rig: front, left, right")
+      ->check(CLI::Range(1, 3))
+      ->capture_default_str();
+  app.add_flag("--semantic,!--no-semantic", sim.options.semantic_cloud,
+               "with cameras: also write LIDAR_SEMANTIC, as a mapper makes it from the rest [on]");
+  app.add_flag("--motion-distortion", sim.options.motion_distortion,
+               "the LiDAR measures while the body moves; points carry their time");
+  app.add_option("--range-noise", sim.range_noise, "standard deviation [the sensor's]")
+      ->type_name("M")
+      ->check(CLI::Range(0.0, 10.0));
+  app.add_option("--dropout", sim.dropout, "share of returns lost [the sensor's]")->check(share);
+  app.add_option("--labels", sim.labels, "how well the segmenter works")
+      ->check(CLI::IsMember({"perfect", "good", "poor"}))
+      ->capture_default_str();
+  app.add_option("--speckle", sim.speckle, "share of points with a random class [of --labels]")->check(share);
+  app.add_option("--unknown", sim.unknown, "share of points without a class [of --labels]")->check(share);
+  app.add_option("--bleed", sim.bleed, "share of border points with the neighbour's class [of --labels]")->check(share);
+  app.add_option("--confusion", sim.confusion, "share of objects a frame of another class [of --labels]")->check(share);
+  app.add_option("--missed", sim.missed, "share of objects a frame without a class [of --labels]")->check(share);
+  app.add_flag("--instances", sim.options.instances, "object ids on the points of things");
+  app.add_option("--odometry", sim.odometry, "how well odometry works [good; --path: the file's]")
+      ->check(CLI::IsMember({"true", "excellent", "good", "poor"}));
+  app.add_option("--odometry-dropout", sim.odometry_dropout, "share of odometry samples missing")
+      ->check(CLI::Range(0.0, 0.9))
+      ->capture_default_str();
+  app.add_option("--odometry-jumps", sim.odometry_jumps, "jumps in 100 m, of about 0.5 m and 3 degrees")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+}
+
+int list() {
+  std::printf("worlds:\n");
+  for (const std::string& name : hgg::sceneNames()) std::printf("  %s\n", name.c_str());
+  std::printf("sensors:\n");
+  for (const auto& sensor : hgg::sensorNames()) {
+    std::printf("  %-10s %s\n", sensor.name.c_str(), sensor.description.c_str());
   }
-  const std::string error = hgg::writeTruth(truth->objects, truth->T_map_body, args.truth);
-  return error.empty() ? 0 : fail(error);
+  return 0;
+}
+
+/// What is wrong with the arguments as a whole; empty when nothing is.
+std::string contradiction(const Arguments& args) {
+  if (args.sim.world.empty() == args.sim.path.empty()) return "give a WORLD or --path GT ODOM (see --help, --list)";
+  if (args.log.empty()) return "give the log to write: -o LOG";
+  if (args.truth.empty()) return "give the truth directory to write: --truth DIR";
+  return "";
+}
+
+int run(const Arguments& args) {
+  const auto scene = hgg::sceneOf(args.sim);
+  if (!scene) return fail(scene.error);
+  const auto options = hgg::simOptions(args.sim, *scene);
+  if (!options) return fail(options.error);
+  hgg::ProgressBar bar("simulate");
+  const auto drive = hgg::simulate(*scene, *options, args.log, onBar(bar));
+  if (!drive) return fail(drive.error);
+  const auto truth = hgg::completeTruth(*scene, *drive);
+  const std::string error = hgg::writeTruth(truth, args.truth);
+  if (!error.empty()) return fail(error);
+  std::printf("%s: %zu frames; %s: %zu objects, %zu queries; labels are those of firmware_cfg/%s/classes.toml\n",
+              args.log.c_str(), drive->T_map_body.size(), args.truth.c_str(), truth.objects.size(),
+              truth.queries.size(), scene->label_space.c_str());
+  return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("hgg-sim: drives a LiDAR through a made-up world: LCM log for hggmap, truth for hgg-eval");
+  CLI::App app(kAbout);
   Arguments args;
-  addOptions(app, args);
+  args.sim.options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  addWorldOptions(app, args);
+  addSensorOptions(app, args);
+  app.footer(kExamples);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return e.get_exit_code() == 0 ? app.exit(e) : fail(std::string(e.what()) + " (see --help)");
   }
-  return run(std::move(args));
+  if (args.list) return list();
+  const std::string error = contradiction(args);
+  return error.empty() ? run(args) : fail(error);
 }

@@ -1,14 +1,18 @@
 #include "bus/codec.h"
 
+#include <zstd.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <bot_core/image_t.hpp>
 #include <bot_core/pointcloud2_t.hpp>
 #include <bot_core/pose_t.hpp>
 #include <bot_core/rigid_transform_t.hpp>
 #include <cmath>
 #include <cstring>
 #include <hgg/graph_update_t.hpp>
+#include <hgg/label_image_t.hpp>
 #include <hgg/status_t.hpp>
 #include <limits>
 #include <string_view>
@@ -181,7 +185,7 @@ std::int32_t offsetOf(Reader& in, const Field* field, bool required, std::initia
   return field->offset;
 }
 
-RecordLayout layoutOf(Reader& in, const CloudHeader& cloud) {
+RecordLayout layoutOf(Reader& in, const CloudHeader& cloud, bool labelled) {
   const auto fits = [&](const Field& f) { return f.end() <= cloud.point_step; };
   in.check(std::all_of(cloud.fields.begin(), cloud.fields.end(), fits), "a field does not fit point_step");
   const Field *label = cloud.find("label"), *instance = cloud.find("instance");
@@ -189,6 +193,7 @@ RecordLayout layoutOf(Reader& in, const CloudHeader& cloud) {
   layout.x = offsetOf(in, cloud.find("x"), true, {kFloat32}, "field x is missing", "field x is not float32");
   layout.y = offsetOf(in, cloud.find("y"), true, {kFloat32}, "field y is missing", "field y is not float32");
   layout.z = offsetOf(in, cloud.find("z"), true, {kFloat32}, "field z is missing", "field z is not float32");
+  if (!labelled) return layout;
   layout.label = offsetOf(in, label, true, {kUint8, kUint16, kUint32, kInt32}, "field label is missing",
                           "field label is not uint8, uint16, uint32 or int32");
   layout.instance = offsetOf(in, instance, false, {kUint16, kUint32}, "", "field instance is not uint16 or uint32");
@@ -211,7 +216,7 @@ std::uint32_t loadUnsigned(const std::uint8_t* bytes, std::uint8_t datatype) {
 }
 
 Point loadPoint(const std::uint8_t* record, const RecordLayout& layout) {
-  const auto label = loadUnsigned(record + layout.label, layout.label_type);
+  const auto label = layout.label < 0 ? 0 : loadUnsigned(record + layout.label, layout.label_type);
   return {load<float>(record + layout.x), load<float>(record + layout.y), load<float>(record + layout.z),
           layout.instance < 0 ? 0 : loadUnsigned(record + layout.instance, layout.instance_type),
           static_cast<ClassId>(std::min<std::uint32_t>(label, std::numeric_limits<ClassId>::max()))};
@@ -229,6 +234,149 @@ std::vector<Point> loadPoints(const CloudHeader& cloud, std::int64_t row_stride,
     }
   }
   return points;
+}
+
+Result<SemanticCloud> readPoints(Bytes message, bool labelled, float min_confidence) {
+  Reader in(message);
+  const auto cloud = readCloud(in);
+  if (in.failed()) return Result<SemanticCloud>::fail(in.error());
+  const auto layout = layoutOf(in, cloud, labelled);
+  const auto row_stride = rowStride(in, cloud);
+  if (in.failed()) return Result<SemanticCloud>::fail(in.error());
+  return Result<SemanticCloud>::ok({cloud.utime_us, loadPoints(cloud, row_stride, layout, min_confidence)});
+}
+
+// ---------------------------------------------------------------------------------------------------- images
+
+constexpr std::int32_t kLittleEndianGray16 = 909199180;  // PIXEL_FORMAT_LE_GRAY16 of bot_core: "LG16"
+constexpr int kZstdLevel = 1;
+constexpr std::int32_t kMaxMetadata = 64;
+
+Bytes readBlob(Reader& in) {
+  const auto size = in.integer<std::int32_t>();
+  in.check(size >= 0, "a length is negative");
+  return in.failed() ? Bytes{} : in.block(static_cast<std::size_t>(size));
+}
+
+void checkImageSize(Reader& in, std::int32_t width, std::int32_t height) {
+  in.check(width >= 0 && width <= kMaxPixels && height >= 0 && height <= kMaxPixels &&
+               std::int64_t{width} * height <= kMaxPixels,
+           "width * height out of bounds");
+}
+
+template <typename T>
+std::vector<T> valuesOf(Bytes bytes) {
+  std::vector<T> values(bytes.size() / sizeof(T));
+  if (!values.empty()) std::memcpy(values.data(), bytes.data(), values.size() * sizeof(T));
+  return values;
+}
+
+template <typename T>
+std::vector<T> unpack(Reader& in, Bytes packed, std::size_t count) {
+  std::vector<T> values;
+  const std::size_t bytes = count * sizeof(T);
+  const auto declared = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  in.check(declared == bytes, "a plane does not have a value for every pixel");
+  if (in.failed()) return values;
+  values.resize(count);
+  const auto written = ZSTD_decompress(values.data(), bytes, packed.data(), packed.size());
+  in.check(!ZSTD_isError(written) && written == bytes, "a plane is not a zstd frame");
+  return values;
+}
+
+/// A value for each of `count` pixels; none where the plane is empty.
+template <typename T>
+std::vector<T> readPlane(Reader& in, std::int8_t compression, std::size_t count) {
+  const Bytes bytes = readBlob(in);
+  if (in.failed() || bytes.empty()) return {};
+  if (compression == hgg::label_image_t::ZSTD) return unpack<T>(in, bytes, count);
+  in.check(bytes.size() == count * sizeof(T), "a plane does not have a value for every pixel");
+  return in.failed() ? std::vector<T>{} : valuesOf<T>(bytes);
+}
+
+std::vector<InstanceEmbedding> readEmbeddings(Reader& in) {
+  const auto count = in.integer<std::int32_t>(), size = in.integer<std::int32_t>();
+  in.check(count >= 0 && count <= kMaxEmbeddings && size >= 0 && size <= kMaxEmbeddingSize, "embeddings out of bounds");
+  std::vector<InstanceEmbedding> embeddings;
+  for (std::int32_t i = 0; i < count && !in.failed(); ++i) {
+    const auto instance = in.integer<std::int64_t>();
+    in.check(instance >= 0 && instance <= std::numeric_limits<std::uint32_t>::max(), "instance out of bounds");
+    embeddings.push_back({static_cast<std::uint32_t>(instance), {}});
+  }
+  const Bytes values = readBlob(in);
+  const auto each = static_cast<std::size_t>(size) * sizeof(float);
+  in.check(values.size() == embeddings.size() * each, "embeddings_nbytes is not num_embeddings * embedding_size * 4");
+  if (in.failed()) return {};
+  for (std::size_t i = 0; i < embeddings.size(); ++i) {
+    embeddings[i].values = valuesOf<float>(values.subspan(i * each, each));
+  }
+  return embeddings;
+}
+
+LabelImage readLabelImage(Reader& in) {
+  LabelImage image;
+  in.fingerprint(hgg::label_image_t::getHash());
+  image.utime_us = in.utime();
+  image.width = in.integer<std::int32_t>();
+  image.height = in.integer<std::int32_t>();
+  checkImageSize(in, image.width, image.height);
+  const auto compression = in.integer<std::int8_t>();
+  in.check(compression == hgg::label_image_t::RAW || compression == hgg::label_image_t::ZSTD, "unknown compression");
+  const std::size_t pixels =
+      in.failed() ? 0 : static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+  image.labels = readPlane<ClassId>(in, compression, pixels);
+  in.check(image.labels.size() == pixels, "labels are missing");
+  image.instances = readPlane<std::uint32_t>(in, compression, pixels);
+  image.confidence = readPlane<std::uint8_t>(in, compression, pixels);
+  image.embeddings = readEmbeddings(in);
+  in.end();
+  return image;
+}
+
+void skipMetadata(Reader& in) {
+  const auto count = in.integer<std::int32_t>();
+  in.check(count >= 0 && count <= kMaxMetadata, "nmetadata out of bounds");
+  for (std::int32_t i = 0; i < count && !in.failed(); ++i) {
+    in.string("bad metadata key");
+    readBlob(in);
+  }
+}
+
+DepthImage readDepthImage(Reader& in) {
+  DepthImage image;
+  in.fingerprint(bot_core::image_t::getHash());
+  image.utime_us = in.utime();
+  image.width = in.integer<std::int32_t>();
+  image.height = in.integer<std::int32_t>();
+  checkImageSize(in, image.width, image.height);
+  const auto row_stride = in.integer<std::int32_t>();
+  in.check(in.integer<std::int32_t>() == kLittleEndianGray16, "pixelformat is not little-endian 16-bit grey");
+  const Bytes data = readBlob(in);
+  skipMetadata(in);
+  in.end();
+  const std::int64_t row_bytes = std::int64_t{image.width} * 2;
+  in.check(row_stride >= row_bytes && std::int64_t{row_stride} * image.height == std::ssize(data),
+           "size is not height * row_stride, or rows are too short");
+  if (in.failed()) return image;
+  for (std::int32_t y = 0; y < image.height && row_bytes > 0; ++y) {
+    const auto row = data.subspan(static_cast<std::size_t>(std::int64_t{y} * row_stride));
+    const auto values = valuesOf<std::uint16_t>(row.first(static_cast<std::size_t>(row_bytes)));
+    image.depth_mm.insert(image.depth_mm.end(), values.begin(), values.end());
+  }
+  return image;
+}
+
+template <typename T>
+std::vector<std::uint8_t> packPlane(const std::vector<T>& values, Packing packing) {
+  const std::size_t size = values.size() * sizeof(T);
+  std::vector<std::uint8_t> bytes(packing == Packing::kZstd ? ZSTD_compressBound(size) : size);
+  if (size == 0) return {};
+  if (packing == Packing::kRaw) {
+    std::memcpy(bytes.data(), values.data(), size);
+  } else {
+    bytes.resize(ZSTD_compress(bytes.data(), bytes.size(), values.data(), size, kZstdLevel));
+  }
+  return bytes;
 }
 
 template <typename Message>
@@ -253,6 +401,44 @@ bot_core::pointfield_t makeField(const char* name, std::int32_t offset, Datatype
   field.datatype = static_cast<std::int8_t>(datatype);
   field.count = 1;
   return field;
+}
+
+/// Fields of a cloud besides x, y, z.
+struct CloudFields {
+  bool label = false, instance = false;
+};
+
+/// Adds a field behind those there are and returns its offset.
+std::int32_t addField(bot_core::pointcloud2_t& cloud, const char* name, Datatype datatype) {
+  const std::int32_t offset = cloud.point_step;
+  cloud.fields.push_back(makeField(name, offset, datatype));
+  cloud.point_step += kDatatypeBytes[datatype];
+  return offset;
+}
+
+std::vector<std::uint8_t> encodePoints(Micros utime_us, std::span<const Point> points, std::span<const float> times,
+                                       const CloudFields& with) {
+  bot_core::pointcloud2_t message{};
+  message.utime = utime_us;
+  message.frame_id = "body";
+  message.height = 1;
+  message.width = static_cast<std::int32_t>(points.size());
+  for (const char* axis : {"x", "y", "z"}) addField(message, axis, kFloat32);
+  const auto label_at = with.label ? addField(message, "label", kUint16) : 0;
+  const auto instance_at = with.instance ? addField(message, "instance", kUint32) : 0;
+  const auto time_at = times.empty() ? 0 : addField(message, "time", kFloat32);
+  message.nfields = static_cast<std::int32_t>(message.fields.size());
+  message.row_step = message.data_nbytes = message.point_step * message.width;
+  message.data.resize(static_cast<std::size_t>(message.data_nbytes));
+  auto* record = message.data.data();
+  for (std::size_t i = 0; i < points.size(); ++i, record += message.point_step) {
+    const Point& p = points[i];
+    std::memcpy(record, &p.x, 4), std::memcpy(record + 4, &p.y, 4), std::memcpy(record + 8, &p.z, 4);
+    if (with.label) std::memcpy(record + label_at, &p.label, 2);
+    if (with.instance) std::memcpy(record + instance_at, &p.instance, 4);
+    if (!times.empty()) std::memcpy(record + time_at, &times[i], 4);
+  }
+  return encode(message);
 }
 
 hgg::object_t makeObject(const ObjectSummary& object) {
@@ -299,13 +485,21 @@ Result<OdometrySample> decodePose(Bytes message) {
 }
 
 Result<SemanticCloud> decodeSemanticCloud(Bytes message, float min_confidence) {
+  return readPoints(message, true, min_confidence);
+}
+
+Result<SemanticCloud> decodeCloud(Bytes message) { return readPoints(message, false, 0); }
+
+Result<LabelImage> decodeLabelImage(Bytes message) {
   Reader in(message);
-  const auto cloud = readCloud(in);
-  if (in.failed()) return Result<SemanticCloud>::fail(in.error());
-  const auto layout = layoutOf(in, cloud);
-  const auto row_stride = rowStride(in, cloud);
-  if (in.failed()) return Result<SemanticCloud>::fail(in.error());
-  return Result<SemanticCloud>::ok({cloud.utime_us, loadPoints(cloud, row_stride, layout, min_confidence)});
+  LabelImage image = readLabelImage(in);
+  return in.failed() ? Result<LabelImage>::fail(in.error()) : Result<LabelImage>::ok(std::move(image));
+}
+
+Result<DepthImage> decodeDepthImage(Bytes message) {
+  Reader in(message);
+  DepthImage image = readDepthImage(in);
+  return in.failed() ? Result<DepthImage>::fail(in.error()) : Result<DepthImage>::ok(std::move(image));
 }
 
 std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_odom_body) {
@@ -317,27 +511,52 @@ std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_odom_body) {
 }
 
 std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points) {
+  return encodeSemanticCloud(utime_us, points, {});
+}
+
+std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points,
+                                              std::span<const float> times) {
   const bool has_instances = std::any_of(points.begin(), points.end(), [](const Point& p) { return p.instance != 0; });
-  bot_core::pointcloud2_t message{};
-  message.utime = utime_us;
-  message.frame_id = "body";
-  message.height = 1;
-  message.width = static_cast<std::int32_t>(points.size());
-  message.fields = {makeField("x", 0, kFloat32), makeField("y", 4, kFloat32), makeField("z", 8, kFloat32),
-                    makeField("label", 12, kUint16)};
-  if (has_instances) message.fields.push_back(makeField("instance", 14, kUint32));
-  message.nfields = static_cast<std::int32_t>(message.fields.size());
-  message.point_step = has_instances ? 18 : 14;
-  message.row_step = message.point_step * message.width;
-  message.data_nbytes = message.row_step;
-  message.data.resize(static_cast<std::size_t>(message.data_nbytes));
-  auto* record = message.data.data();
-  for (const Point& p : points) {
-    std::memcpy(record, &p.x, 4), std::memcpy(record + 4, &p.y, 4), std::memcpy(record + 8, &p.z, 4);
-    std::memcpy(record + 12, &p.label, 2);
-    if (has_instances) std::memcpy(record + 14, &p.instance, 4);
-    record += message.point_step;
+  return encodePoints(utime_us, points, times, {.label = true, .instance = has_instances});
+}
+
+std::vector<std::uint8_t> encodeCloud(Micros utime_us, std::span<const Point> points, std::span<const float> times) {
+  return encodePoints(utime_us, points, times, {});
+}
+
+std::vector<std::uint8_t> encodeLabelImage(const LabelImage& image, Packing packing) {
+  hgg::label_image_t message{};
+  message.utime = image.utime_us;
+  message.width = image.width;
+  message.height = image.height;
+  message.compression = packing == Packing::kZstd ? hgg::label_image_t::ZSTD : hgg::label_image_t::RAW;
+  message.labels = packPlane(image.labels, packing);
+  message.labels_nbytes = static_cast<std::int32_t>(message.labels.size());
+  message.instances = packPlane(image.instances, packing);
+  message.instances_nbytes = static_cast<std::int32_t>(message.instances.size());
+  message.confidence = packPlane(image.confidence, packing);
+  message.confidence_nbytes = static_cast<std::int32_t>(message.confidence.size());
+  message.num_embeddings = static_cast<std::int32_t>(image.embeddings.size());
+  message.embedding_size =
+      image.embeddings.empty() ? 0 : static_cast<std::int32_t>(image.embeddings.front().values.size());
+  for (const InstanceEmbedding& embedding : image.embeddings) {
+    message.embedding_instances.push_back(embedding.instance);
+    const auto bytes = packPlane(embedding.values, Packing::kRaw);
+    message.embeddings.insert(message.embeddings.end(), bytes.begin(), bytes.end());
   }
+  message.embeddings_nbytes = static_cast<std::int32_t>(message.embeddings.size());
+  return encode(message);
+}
+
+std::vector<std::uint8_t> encodeDepthImage(const DepthImage& image) {
+  bot_core::image_t message{};
+  message.utime = image.utime_us;
+  message.width = image.width;
+  message.height = image.height;
+  message.row_stride = 2 * image.width;
+  message.pixelformat = kLittleEndianGray16;
+  message.data = packPlane(image.depth_mm, Packing::kRaw);
+  message.size = static_cast<std::int32_t>(message.data.size());
   return encode(message);
 }
 

@@ -9,6 +9,7 @@
 #include "core/result.h"
 #include "core/types.h"
 #include "frame/frame.h"
+#include "frame/image.h"
 #include "publish/messages.h"
 
 namespace hgg {
@@ -23,6 +24,9 @@ using Bytes = std::span<const std::uint8_t>;
 constexpr std::int64_t kMaxPoints = 4'000'000;
 constexpr std::int32_t kMaxFields = 64;
 constexpr std::int32_t kMaxStringBytes = 256;
+constexpr std::int64_t kMaxPixels = 16'777'216;
+constexpr std::int32_t kMaxEmbeddings = 65'536;
+constexpr std::int32_t kMaxEmbeddingSize = 4096;
 constexpr Micros kMaxUtime_us = Micros{1} << 60;  // times of any source can be subtracted without overflow
 
 /// bot_core.pose_t -> odometry sample (pos and orientation only; the orientation is normalised).
@@ -33,9 +37,27 @@ Result<OdometrySample> decodePose(Bytes message);
 /// 65535 become 65535. Points with non-finite coordinates are kept: creation drops and counts them.
 Result<SemanticCloud> decodeSemanticCloud(Bytes message, float min_confidence);
 
+/// bot_core.pointcloud2_t with fields x, y, z (f32) at least: an unlabelled cloud; every point gets label 0.
+Result<SemanticCloud> decodeCloud(Bytes message);
+
+/// hgg.label_image_t. Planes that do not have a value for every pixel, once unpacked, are errors.
+Result<LabelImage> decodeLabelImage(Bytes message);
+
+/// bot_core.image_t of little-endian 16-bit grey values, rows padded or not.
+Result<DepthImage> decodeDepthImage(Bytes message);
+
 std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_odom_body);
 /// x, y, z (f32), label (u16), and instance (u32) when any point has one.
 std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points);
+/// Likewise, and time (f32, s after utime_us; negative = before) for each point. As many times as points, or none.
+std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points,
+                                              std::span<const float> times);
+/// x, y, z (f32), and time where there are times; labels and instances are left out.
+std::vector<std::uint8_t> encodeCloud(Micros utime_us, std::span<const Point> points,
+                                      std::span<const float> times = {});
+enum class Packing { kRaw, kZstd };
+std::vector<std::uint8_t> encodeLabelImage(const LabelImage& image, Packing packing = Packing::kZstd);
+std::vector<std::uint8_t> encodeDepthImage(const DepthImage& image);
 std::vector<std::uint8_t> encodeRigidTransform(Micros utime_us, const Pose& T_map_odom);
 std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update);
 std::vector<std::uint8_t> encodeStatus(const Status& status);

@@ -72,19 +72,19 @@ Leaf* findNextDoor(LeafGrid& grid, const CellIndex& home, const Leaf& leaf, floa
   return best;
 }
 
-void addToGrid(LeafGrid& grid, const Leaf& leaf, float leaf_size) {
+void addToGrid(LeafGrid& grid, const Leaf& leaf, float leaf_size, MergeRule rule) {
   const CellIndex home = cellOf(leaf, leaf_size);
   const auto at = lowerBound(grid, home);
   Leaf* host = at != grid.end() && at->cell == home ? &at->leaf : findNextDoor(grid, home, leaf, leaf_size);
   if (host != nullptr) {
-    *host = packLeaf(merge(unpackLeaf(*host), unpackLeaf(leaf)));
+    *host = packLeaf(rule(unpackLeaf(*host), unpackLeaf(leaf)));
   } else {
     grid.insert(at, {home, leaf});
   }
 }
 
 /// Leaves by the cells they lie in now; merging may have moved some since they were ordered last.
-LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size) {
+LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size, MergeRule rule) {
   LeafGrid grid;
   grid.reserve(leaves.size() + 16);
   for (const Leaf& leaf : leaves) {
@@ -92,28 +92,40 @@ LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size) {
     if (grid.empty() || grid.back().cell < cell) {
       grid.push_back({cell, leaf});
     } else {
-      addToGrid(grid, leaf, leaf_size);
+      addToGrid(grid, leaf, leaf_size, rule);
     }
   }
   return grid;
 }
 
-MapNode createNode(const LocalObject& object, const Pose& T_map_body, Micros utime_us, double leaf_size) {
+/// What merging needs of the config.
+struct Merging {
+  double leaf_size;
+  MergeRule rule;
+};
+
+Merging mergingOf(const Config& config) {
+  return {config.map.leaf_size, config.ablation.symmetric_merge ? mergeSymmetrically : merge};
+}
+
+MapNode createNode(const LocalObject& object, const Pose& T_map_body, Micros utime_us, const Merging& merging) {
   MapNode node;
   node.label = object.label;
   node.stuff = object.stuff;
   node.tile = object.tile;
   node.belief = transform(T_map_body, object.belief);
   node.T_map_object = T_map_body * object.T_body_object;
-  fuseLeaves(node.leaves, object.leaves, Pose::Identity(), leaf_size);
+  fuseLeaves(node.leaves, object.leaves, Pose::Identity(), merging.leaf_size, merging.rule);
   node.views = 1;
   node.first_us = node.last_us = utime_us;
   return node;
 }
 
-void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, Micros utime_us, double leaf_size) {
-  node.belief = merge(node.belief, transform(T_map_body, object.belief));
-  fuseLeaves(node.leaves, object.leaves, node.T_map_object.inverse() * T_map_body * object.T_body_object, leaf_size);
+void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, Micros utime_us,
+             const Merging& merging) {
+  node.belief = merging.rule(node.belief, transform(T_map_body, object.belief));
+  const Pose T_node_object = node.T_map_object.inverse() * T_map_body * object.T_body_object;
+  fuseLeaves(node.leaves, object.leaves, T_node_object, merging.leaf_size, merging.rule);
   ++node.views;
   node.last_us = std::max(node.last_us, utime_us);
 }
@@ -122,7 +134,7 @@ void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, M
 using Touched = std::map<NodeId, MapNode>;
 
 Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body,
-                   const std::vector<ObjectPair>& pairs, double leaf_size) {
+                   const std::vector<ObjectPair>& pairs, const Merging& merging) {
   Touched touched;
   std::vector<NodeId> node_of(local.objects.size(), 0);
   for (const ObjectPair& pair : pairs) {
@@ -132,10 +144,10 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
     if (node_of[i] == 0) {
-      touched[next_new--] = createNode(object, T_map_body, local.utime_us, leaf_size);
+      touched[next_new--] = createNode(object, T_map_body, local.utime_us, merging);
     } else {
       MapNode& node = touched.try_emplace(node_of[i], *map.find(node_of[i])).first->second;
-      observe(node, object, T_map_body, local.utime_us, leaf_size);
+      observe(node, object, T_map_body, local.utime_us, merging);
     }
   }
   return touched;
@@ -240,6 +252,7 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
       queue.push_back(id);
     }
   }
+  const Merging merging = mergingOf(config);
   for (std::size_t q = 0; q < queue.size(); ++q) {
     const NodeId id = queue[q];
     if (!touched.contains(id)) {
@@ -253,7 +266,7 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
     const NodeId keep = survivor(id, twin), drop = keep == id ? twin : id;
     const MapNode absorbed = *findCurrent(map, touched, removed, drop);
     MapNode& node = touched.try_emplace(keep, *findCurrent(map, touched, removed, keep)).first->second;
-    absorb(node, absorbed, config.map.leaf_size);
+    absorb(node, absorbed, merging.leaf_size, merging.rule);
     touched.erase(drop);
     if (drop > 0) {
       removed.push_back(drop);
@@ -264,12 +277,17 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
 
 }  // namespace
 
+Belief mergeSymmetrically(const Belief& a, const Belief& b) {
+  const Vec3 d = a.mean - b.mean;
+  return {0.5 * (a.mean + b.mean), 0.5 * (a.cov + b.cov) + 0.25 * d * d.transpose(), a.kappa + b.kappa};
+}
+
 void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions,
-                double leaf_size) {
+                double leaf_size, MergeRule rule) {
   const auto size = static_cast<float>(leaf_size);
-  LeafGrid grid = gridOf(leaves, size);
+  LeafGrid grid = gridOf(leaves, size, rule);
   for (const Belief& addition : additions) {
-    addToGrid(grid, packLeaf(transform(T_leaves_additions, addition)), size);
+    addToGrid(grid, packLeaf(transform(T_leaves_additions, addition)), size, rule);
   }
   leaves.clear();
   for (const KeyedLeaf& k : grid) {
@@ -277,14 +295,14 @@ void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, co
   }
 }
 
-void absorb(MapNode& keep, const MapNode& other, double leaf_size) {
-  keep.belief = merge(keep.belief, other.belief);
+void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rule) {
+  keep.belief = rule(keep.belief, other.belief);
   std::vector<Belief> leaves;
   leaves.reserve(other.leaves.size());
   for (const Leaf& leaf : other.leaves) {
     leaves.push_back(unpackLeaf(leaf));
   }
-  fuseLeaves(keep.leaves, leaves, keep.T_map_object.inverse() * other.T_map_object, leaf_size);
+  fuseLeaves(keep.leaves, leaves, keep.T_map_object.inverse() * other.T_map_object, leaf_size, rule);
   keep.views = std::max(keep.views, other.views);
   keep.first_us = std::min(keep.first_us, other.first_us);
   keep.last_us = std::max(keep.last_us, other.last_us);
@@ -294,7 +312,7 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
                const ClassTable& classes, const Config& config) {
   MapUpdate update;
   update.pose = {local.utime_us, T_map_body};
-  Touched touched = touchNodes(map, local, T_map_body, pairs, config.map.leaf_size);
+  Touched touched = touchNodes(map, local, T_map_body, pairs, mergingOf(config));
   mergeGhosts(map, touched, classes, config, update.removed);
   for (auto& [id, node] : touched) {
     node.id = std::max<NodeId>(id, 0);

@@ -37,23 +37,36 @@ TEST(Commands, HelpShowsAnExample) {
 
 TEST(Commands, BadUsageAndBadInputAreOneLineAndExit2) {
   const Scratch scratch;
-  for (const char* command : {"hgg-convert", "hgg-convert semantickitti", "hgg-convert semantickitti /nonexistent -o x",
-                              "hgg-sim", "hgg-sim atlantis -o x --truth y", "hgg-sim yard -o /nonexistent/x --truth y",
-                              "hgg-eval", "hgg-eval --truth x", "hgg-eval --truth x --map /nonexistent.hgg",
-                              "hgg-eval --truth x --map a --graph b", "hgg-eval --truth x --map a --radius -1"}) {
+  for (const char* command :
+       {"hgg-convert", "hgg-convert semantickitti", "hgg-convert semantickitti /nonexistent -o x", "hgg-sim",
+        "hgg-sim atlantis -o x --truth y", "hgg-sim yard -o /nonexistent/x --truth y", "hgg-sim yard -o x",
+        "hgg-sim yard --truth y", "hgg-sim -o x --truth y", "hgg-sim yard -o x --truth y --labels excellent",
+        "hgg-sim yard --path a b -o x --truth y", "hgg-sim --path a b -o x --truth y",
+        "hgg-sim yard -o x --truth y --dynamics=2", "hgg-eval", "hgg-eval --truth x",
+        "hgg-eval --truth x --map /nonexistent.hgg", "hgg-eval --truth x --map a --graph b",
+        "hgg-eval --truth x --map a --radius -1"}) {
     const Outcome outcome = runCommand(scratch, command);
     EXPECT_EQ(outcome.exit_code, 2) << command;
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << command << ": " << outcome.errors;
   }
 }
 
+TEST(Commands, SimulatorNamesItsWorldsAndSensors) {
+  const Scratch scratch;
+  const Outcome list = runCommand(scratch, "hgg-sim --list");
+  EXPECT_EQ(list.exit_code, 0);
+  for (const char* name : {"yard", "street", "lidar128", "rig"}) {
+    EXPECT_NE(list.output.find(name), std::string::npos) << name;
+  }
+}
+
 TEST(Commands, SimulatedTruthIsReadableByTheEvaluator) {
   const Scratch scratch;
   const std::string truth = (scratch / "truth").string();
-  ASSERT_EQ(
-      runCommand(scratch, "hgg-sim yard --frames 1 --beams 8 -o " + (scratch / "log").string() + " --truth " + truth)
-          .exit_code,
-      0);
+  ASSERT_EQ(runCommand(scratch, "hgg-sim yard --frames 1 --sensor lidar16 -o " + (scratch / "log").string() +
+                                    " --truth " + truth)
+                .exit_code,
+            0);
   writeText(scratch / "empty.json", R"({"format":"hgg-graph","version":1,"objects":[]})");
   const Outcome outcome =
       runCommand(scratch, "hgg-eval --graph " + (scratch / "empty.json").string() + " --truth " + truth + " --json");

@@ -5,9 +5,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bus/codec.h"
+#include "bus/log.h"
 #include "eval/report.h"
 #include "map/file.h"
 #include "tools/scratch.h"
+#include "truth/cloud.h"
 #include "truth/poses.h"
 
 namespace hgg {
@@ -17,7 +20,9 @@ const char* const kGraph = R"({"format":"hgg-graph","version":1,"classes":{"10":
 {"id":1,"label":10,"name":"car","mean":[1,2,3],"cov":[1,0,0,0,2,0,0,0,3],"kappa":50},
 {"id":2,"label":40,"name":"road","mean":[0,0,0],"cov":[1,0,0,0,1,0,0,0,1],"kappa":9,"stuff":true}],"edges":[]})";
 
-std::vector<TruthObject> oneCar(const Vec3& at) { return {{1000001, 10, false, 3, {at, Mat3::Identity(), 120}}}; }
+std::vector<TruthObject> oneCar(const Vec3& at) {
+  return {{1000001, 10, false, false, 3, {at, Mat3::Identity(), 120}}};
+}
 
 TEST(ReadGraphJson, ReadsObjectsAndClasses) {
   const Scratch scratch;
@@ -58,7 +63,7 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   road.id = 5;
   road.label = 40;
   road.stuff = true;
-  const Map map = Map::restore({car, road}, {}, {{10, "car"}, {40, "road"}}, 1);
+  const Map map = Map::restore({car, road}, {}, {{10, "car"}, {40, "road"}}, 1, 6);
   ASSERT_EQ(saveMap(map, {}, (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   ASSERT_TRUE(graph) << graph.error;
@@ -73,7 +78,7 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
 TEST(ReadTruth, ComesBackAsWritten) {
   const Scratch scratch;
   auto objects = oneCar(Vec3(0.1, 1e-9, -3.25));
-  objects.push_back({7, 80, true, 1, {Vec3(1, 1, 1), 0.5 * Mat3::Identity(), 3}});
+  objects.push_back({7, 80, true, false, 1, {Vec3(1, 1, 1), 0.5 * Mat3::Identity(), 3}});
   objects[0].belief.cov(0, 1) = objects[0].belief.cov(1, 0) = 1.0 / 3.0;
   ASSERT_EQ(writeTruth(objects, {Pose::Identity()}, scratch / "truth"), "");
   const auto read = readTruthObjects(scratch / "truth/gt_objects.json");
@@ -102,7 +107,7 @@ TEST(Evaluate, MapIsLaidOverTheTruthByTheTrajectory) {
   const auto aligned = evaluate(options);
   ASSERT_TRUE(aligned) << aligned.error;
   EXPECT_EQ(aligned->objects.overall.recall(), 1.0);
-  EXPECT_NEAR(aligned->objects.overall.meanError(), 0.0, 1e-12);
+  EXPECT_NEAR(aligned->objects.overall.positionError().mean, 0.0, 1e-12);
   ASSERT_TRUE(aligned->trajectory);
   EXPECT_NEAR(aligned->trajectory->ate, 0.0, 1e-12);
   EXPECT_EQ(aligned->trajectory->pairs, 2u);
@@ -142,17 +147,176 @@ TEST(Evaluate, ClassesAreChosenByNameOrId) {
   EXPECT_NE(unknown.error.find("unicorn"), std::string::npos);
 }
 
+TEST(ReadGraphJson, ReadsPublishedCovarianceAndGeometry) {
+  const Scratch scratch;
+  writeText(scratch / "g.json", R"({"format":"hgg-graph","version":1,"objects":[
+{"id":1,"label":10,"mean":[1,2,3],"cov":[1,0,0,0,2,0,0,0,3],"kappa":50,"position_cov":[4,0,0,0,5,0,0,0,6],
+ "geometry":[{"mean":[1,1,1],"cov":[9,0,0,0,8,0,0,0,7],"kappa":5}]},
+{"id":2,"label":10,"mean":[1,2,3],"cov":[1,0,0,0,2,0,0,0,3],"kappa":50}]})");
+  const auto graph = readGraphJson(scratch / "g.json");
+  ASSERT_TRUE(graph) << graph.error;
+  EXPECT_EQ(graph->objects[0].position_cov(1, 1), 5.0);
+  ASSERT_EQ(graph->objects[0].geometry.size(), 1u);
+  EXPECT_EQ(graph->objects[0].geometry[0].cov(2, 2), 7.0);
+  EXPECT_EQ(graph->objects[1].position_cov(1, 1), 2.0 / 50);  // cov / kappa
+}
+
+TEST(TransformPrediction, TurnsCovarianceAndGeometryAlong) {
+  Prediction object{1, 10, false, {Vec3(1, 0, 0), Vec3(4, 1, 1).asDiagonal(), 9}, Vec3(0.4, 0.1, 0.1).asDiagonal(), {}};
+  object.geometry = {{Vec3(2, 0, 0), Vec3(1, 0, 0).asDiagonal(), 5}};
+  Pose T = Pose::Identity();
+  T.rotate(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()));
+  T.pretranslate(Vec3(0, 0, 1));
+  const Prediction turned = transform(T, object);
+  EXPECT_TRUE(turned.belief.mean.isApprox(Vec3(0, 1, 1)));
+  EXPECT_NEAR(turned.position_cov(1, 1), 0.4, 1e-12);
+  EXPECT_TRUE(turned.geometry[0].mean.isApprox(Vec3(0, 2, 1)));
+  EXPECT_NEAR(turned.geometry[0].cov(1, 1), 1.0, 1e-12);
+}
+
+/// A drive of 5 frames along x at 1 m/s, logged with odometry that runs 10 % too fast, and its truth.
+struct LoggedDrive {
+  explicit LoggedDrive(const Scratch& scratch) {
+    options.graph = scratch / "g.json";
+    options.truth = scratch / "truth";
+    options.trajectory = scratch / "t.tum";
+    options.log = scratch / "d.lcm";
+    writeText(options.graph, kGraph);
+    auto log = LogWriter::create(options.log.string());
+    std::vector<Pose> poses;
+    std::string tum;
+    for (int i = 0; i < 5; ++i) {
+      const Micros t_us = 100'000 * (i + 1);
+      Pose T = Pose::Identity();
+      T.translation().x() = 1.1 * i;
+      EXPECT_EQ(log->write("POSE_ODOM", t_us, encodePose(t_us, T)), "");
+      EXPECT_EQ(log->write("LIDAR_SEMANTIC", t_us, {}), "");
+      T.translation().x() = i;
+      poses.push_back(T);
+      if (i != 2) {  // a frame the mapper dropped
+        tum += std::to_string(0.1 * (i + 1)) + " " + std::to_string(i) + " 0 0 0 0 0 1\n";
+      }
+    }
+    EXPECT_EQ(log->close(), "");
+    EXPECT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), poses, options.truth), "");
+    writeText(options.trajectory, tum);
+  }
+  EvalOptions options;
+};
+
+TEST(Evaluate, OdometryOfTheLogIsScoredBesideTheCorrectedPath) {
+  const Scratch scratch;
+  const LoggedDrive drive(scratch);
+  const auto e = evaluate(drive.options);
+  ASSERT_TRUE(e) << e.error;
+  EXPECT_EQ(e->trajectory->pairs, 4u);  // paired by the log's times, as one frame is missing
+  EXPECT_NEAR(e->trajectory->ate, 0.0, 1e-6);
+  ASSERT_TRUE(e->odometry);
+  // Positions 0, 1, 3, 4 estimated as 0, 1.1, 3.3, 4.4: residuals 0.1 times 2, 1, 1, 2 about the middle.
+  EXPECT_NEAR(e->odometry->ate, 0.1 * std::sqrt((4 + 1 + 1 + 4) / 4.0), 1e-6);
+  EXPECT_NEAR(e->odometry->relative.translation, 10.0, 1e-6);
+}
+
+TEST(Evaluate, LogOfAnotherDriveIsAnError) {
+  const Scratch scratch;
+  LoggedDrive drive(scratch);
+  writeText(drive.options.trajectory,
+            "7.0 0 0 0 0 0 0 1\n7.1 1 0 0 0 0 0 1\n7.2 1 0 0 0 0 0 1\n7.3 1 0 0 0 0 0 1\n7.4 1 0 0 0 0 0 1\n");
+  EXPECT_FALSE(evaluate(drive.options));
+  LoggedDrive silent(scratch);
+  silent.options.odometry_channel = "ODOMETRY";
+  const auto e = evaluate(silent.options);
+  ASSERT_FALSE(e);
+  EXPECT_NE(e.error.find("ODOMETRY"), std::string::npos) << e.error;
+}
+
+/// A graph with one leaf of a floor and one of vegetation 1 m above it.
+const char* const kFloorGraph =
+    R"({"format":"hgg-graph","version":1,"classes":{"40":"road","70":"vegetation"},"objects":[
+{"id":1,"label":40,"mean":[0,0,0],"cov":[1,0,0,0,1,0,0,0,0],"kappa":9,"stuff":true,
+ "geometry":[{"mean":[0,0,0],"cov":[0.33333333,0,0,0,0.33333333,0,0,0,0],"kappa":9}]},
+{"id":2,"label":70,"mean":[0,0,1],"cov":[1,0,0,0,1,0,0,0,0],"kappa":9,"stuff":true,
+ "geometry":[{"mean":[0,0,1],"cov":[0.33333333,0,0,0,0.33333333,0,0,0,0],"kappa":9}]}]})";
+
+TEST(Evaluate, GeometryLeavesVegetationOut) {
+  const Scratch scratch;
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  options.spacing = 0.05;
+  writeText(options.graph, kFloorGraph);
+  std::vector<CloudPoint> cloud;
+  for (int i = 0; i <= 40; ++i) {
+    for (int j = 0; j <= 40; ++j) {
+      const auto x = static_cast<float>(0.05 * i - 1), y = static_cast<float>(0.05 * j - 1);
+      cloud.push_back({x, y, 0, 40, 1});
+      cloud.push_back({x, y, 1.5F, 70, 2});
+    }
+  }
+  ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {}, options.truth), "");
+  EXPECT_FALSE(evaluate(options)->geometry);
+  ASSERT_EQ(writeCloud(cloud, options.truth / "cloud.ply"), "");
+  const auto e = evaluate(options);
+  ASSERT_TRUE(e) << e.error;
+  ASSERT_TRUE(e->geometry);
+  EXPECT_LT(e->geometry->chamfer, 0.04);  // of points 0.05 m apart on one plane
+  EXPECT_LE(e->geometry->reference_points, 41u * 41u);
+}
+
+TEST(Evaluate, CostIsReadFromBesideTheMapAndRetrievalFromAnswers) {
+  const Scratch scratch;
+  MapNode car;
+  car.id = 4;
+  car.label = 10;
+  car.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  ASSERT_EQ(saveMap(Map::restore({car}, {}, {{10, "car"}}, 1, 5), {}, (scratch / "map.hgg").string()), "");
+  ASSERT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), {}, scratch / "truth"), "");
+  writeText(scratch / "truth/queries.jsonl", R"({"text":"the car","target":1000001,"class":"car"})"
+                                             "\n");
+  writeText(scratch / "stats.json", R"({"frames":3,"frame_ms":{"p50":1.5}})");
+  writeText(scratch / "answers.jsonl", R"({"text":"the car","answers":[{"id":4}]})"
+                                       "\n");
+  EvalOptions options;
+  options.map = scratch / "map.hgg";
+  options.truth = scratch / "truth";
+  EXPECT_FALSE(evaluate(options)->retrieval);
+  options.answers = scratch / "answers.jsonl";
+  const auto e = evaluate(options);
+  ASSERT_TRUE(e) << e.error;
+  EXPECT_EQ(e->cost["frames"], 3);
+  EXPECT_EQ(e->retrieval->recallAt(1), 1.0);
+  writeText(scratch / "stats.json", "{");
+  EXPECT_NE(evaluate(options).error.find("stats.json"), std::string::npos);
+}
+
+TEST(Report, WhatIsNotScoredSaysNotYet) {
+  Evaluation evaluation;
+  evaluation.radius = 1;
+  const std::string table = formatTable(evaluation);
+  EXPECT_NE(table.find("retrieval: not yet"), std::string::npos) << table;
+  EXPECT_NE(table.find("geometry: not yet"), std::string::npos) << table;
+  const auto json = nlohmann::json::parse(toJson(evaluation).dump());
+  for (const char* part : {"trajectory", "odometry", "geometry", "retrieval", "cost"}) {
+    EXPECT_TRUE(json[part].is_null()) << part;
+  }
+}
+
 TEST(Report, JsonHoldsTheNumbersAndNullsForNone) {
-  Evaluation evaluation{1.5, {{10, "car"}}, {}, {}};
-  ObjectScore cars{2, 1, {{7, 1, 0.25}}, {2}, {}};
+  Evaluation evaluation;
+  evaluation.radius = 1.5;
+  evaluation.class_names = {{10, "car"}};
+  ObjectScore cars{2, 1, {{7, 1, 0.25, 0.5, 6.0}}, {2}, {}};
   evaluation.objects.classes[10] = evaluation.objects.overall = cars;
   evaluation.objects.classes[80] = {1, 0, {}, {9}, {}};
-  evaluation.trajectory = TrajectoryScore{108, 0.14, Pose::Identity()};
+  evaluation.trajectory = TrajectoryScore{108, 0.14, Pose::Identity(), {100, 5, 1.25, 0.5}};
   const auto json = nlohmann::json::parse(toJson(evaluation).dump());
   EXPECT_EQ(json["overall"]["truth"], 2);
   EXPECT_EQ(json["overall"]["true_positives"], 1);
   EXPECT_EQ(json["overall"]["recall"], 0.5);
   EXPECT_EQ(json["overall"]["position_error"]["mean"], 0.25);
+  EXPECT_EQ(json["overall"]["extent_error"]["max"], 0.5);
+  EXPECT_EQ(json["overall"]["calibration"]["mean_over_3"], 2.0);
+  EXPECT_EQ(json["trajectory"]["relative"]["translation_m_per_100m"], 1.25);
   EXPECT_EQ(json["classes"][0]["name"], "car");
   EXPECT_TRUE(json["classes"][1]["precision"].is_null());
   EXPECT_EQ(json["trajectory"]["ate_rmse"], 0.14);

@@ -11,7 +11,7 @@ namespace {
 constexpr ClassId kCar = 10, kPole = 80;
 
 TruthObject truthAt(std::int64_t id, const Vec3& mean, ClassId label = kCar, bool dynamic = false) {
-  return {id, label, dynamic, 1, {mean, Mat3::Identity(), 100}};
+  return {id, label, dynamic, false, 1, {mean, Mat3::Identity(), 100}};
 }
 
 Prediction predictionAt(NodeId id, const Vec3& mean, ClassId label = kCar, bool stuff = false) {
@@ -29,9 +29,9 @@ TEST(EvaluateObjects, PerfectMapScoresOneAndZeroMetres) {
     EXPECT_EQ(s->precision(), 1.0);
     EXPECT_EQ(s->recall(), 1.0);
     EXPECT_EQ(s->f1(), 1.0);
-    EXPECT_EQ(s->meanError(), 0.0);
-    EXPECT_EQ(s->medianError(), 0.0);
-    EXPECT_EQ(s->maxError(), 0.0);
+    EXPECT_EQ(s->positionError().mean, 0.0);
+    EXPECT_EQ(s->positionError().median, 0.0);
+    EXPECT_EQ(s->positionError().max, 0.0);
   }
   EXPECT_EQ(e.overall.truth, 3u);
   EXPECT_EQ(e.classes.at(kCar).truth, 2u);
@@ -49,11 +49,37 @@ TEST(EvaluateObjects, KnownPerturbationsScoreTheirArithmetic) {
   EXPECT_DOUBLE_EQ(s.precision(), 4.0 / 6.0);
   EXPECT_DOUBLE_EQ(s.recall(), 4.0 / 5.0);
   EXPECT_DOUBLE_EQ(s.f1(), 8.0 / 11.0);
-  EXPECT_NEAR(s.meanError(), (0.1 + 0.2 + 0.3 + 1.3) / 4, 1e-12);
-  EXPECT_NEAR(s.medianError(), 0.25, 1e-12);
-  EXPECT_NEAR(s.maxError(), 1.3, 1e-12);
+  EXPECT_NEAR(s.positionError().mean, (0.1 + 0.2 + 0.3 + 1.3) / 4, 1e-12);
+  EXPECT_NEAR(s.positionError().median, 0.25, 1e-12);
+  EXPECT_NEAR(s.positionError().max, 1.3, 1e-12);
   EXPECT_EQ(s.missed, std::vector<std::int64_t>{5});
   EXPECT_EQ(s.ghosts, (std::vector<NodeId>{5, 6}));
+}
+
+TEST(EvaluateObjects, ExtentErrorIsTheWassersteinDistance) {
+  // Commuting covariances: W2^2 = |difference of means|^2 + sum of (difference of deviations)^2.
+  TruthObject object = truthAt(1, Vec3(0, 0, 0));
+  object.belief.cov = Vec3(4.0, 1.0, 0.25).asDiagonal();
+  Prediction perfect = predictionAt(1, Vec3(0, 0, 0)), off = predictionAt(1, Vec3(0.3, 0, 0));
+  perfect.belief.cov = object.belief.cov;
+  off.belief.cov = Vec3(2.25, 1.0, 0.0).asDiagonal();
+  EXPECT_NEAR(evaluateObjects(std::vector{perfect}, std::vector{object}, 1.0, {}).overall.extentError().max, 0.0, 1e-7);
+  const auto s = evaluateObjects(std::vector{off}, std::vector{object}, 1.0, {}).overall;
+  EXPECT_NEAR(s.extentError().mean, std::sqrt(0.09 + 0.25 + 0.25), 1e-9);
+}
+
+TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
+  std::vector<TruthObject> truth;
+  std::vector<Prediction> map;
+  for (int i = 0; i < 4; ++i) {
+    truth.push_back(truthAt(i, Vec3(10.0 * i, 0, 0)));
+    map.push_back(predictionAt(i, Vec3(10.0 * i + 0.2, 0, 0)));
+    map.back().position_cov = (i < 3 ? 0.04 : 0.0025) * Mat3::Identity();  // 1 and 4 deviations off
+  }
+  const Calibration c = evaluateObjects(map, truth, 1.0, {}).overall.calibration();
+  EXPECT_EQ(c.count, 4u);
+  EXPECT_NEAR(c.mean_over_3, (1.0 + 1.0 + 1.0 + 16.0) / 12, 1e-9);
+  EXPECT_DOUBLE_EQ(c.inside_90, 0.75);
 }
 
 TEST(EvaluateObjects, DuplicateIsAGhost) {
@@ -97,7 +123,7 @@ TEST(EvaluateObjects, WrongClassIsBothMissedAndGhost) {
   EXPECT_EQ(e.classes.at(kPole).precision(), 0.0);
   EXPECT_EQ(e.overall.f1(), 0.0);
   EXPECT_TRUE(std::isnan(e.classes.at(kCar).precision()));
-  EXPECT_TRUE(std::isnan(e.overall.meanError()));
+  EXPECT_TRUE(std::isnan(e.overall.positionError().mean));
 }
 
 TEST(EvaluateObjects, RadiusIncludesItsEdge) {
@@ -119,6 +145,18 @@ TEST(EvaluateObjects, DynamicTruthNeitherCountsNorCosts) {
   EXPECT_EQ(e.dynamic[0].prediction, 2);
   EXPECT_EQ(e.overall.predicted, 2u);  // the second node on the moving car is a ghost
   EXPECT_EQ(e.overall.ghosts, std::vector<NodeId>{3});
+}
+
+TEST(EvaluateObjects, WhatWasTakenAwayMayBeInTheMapOrNot) {
+  std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(10, 0, 0))};
+  truth[1].gone = true;
+  const auto kept =
+      evaluateObjects(std::vector{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(10, 0, 0))}, truth, 1.0, {});
+  const auto dropped = evaluateObjects(std::vector{predictionAt(1, Vec3(0, 0, 0))}, truth, 1.0, {});
+  for (const auto* e : {&kept, &dropped}) {
+    EXPECT_EQ(e->overall.recall(), 1.0);
+    EXPECT_EQ(e->overall.precision(), 1.0);
+  }
 }
 
 TEST(EvaluateObjects, DynamicTruthTakesNothingFromStaticTruth) {

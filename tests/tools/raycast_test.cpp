@@ -26,6 +26,8 @@ bool contains(const Cylinder& c, const Vec3& p) {
          p.z() <= c.base.z() + c.height;
 }
 
+bool contains(const Ellipsoid& e, const Vec3& p) { return (p - e.center).cwiseQuotient(e.half).norm() <= 1.0; }
+
 Ray randomRay(const RandomKey& key) {
   const Vec3 origin = 6.0 * Vec3(gaussian(key, 0), gaussian(key, 1), gaussian(key, 2));
   const Vec3 target = 1.5 * Vec3(gaussian(key, 3), gaussian(key, 4), gaussian(key, 5));
@@ -105,6 +107,64 @@ TEST(Raycast, CylinderMatchesClosedForm) {
   EXPECT_NEAR(*cap, 7.0, 1e-12);
   EXPECT_FALSE(intersect(pole, {Vec3(0, 0, 3.01), Vec3::UnitX()}));
   EXPECT_FALSE(intersect(pole, {Vec3(0, -0.21, 0), Vec3::UnitX()}));
+}
+
+TEST(Raycast, EllipsoidMatchesClosedForm) {
+  const Ellipsoid crown{Vec3(10, 0, 3), Vec3(2, 2, 1)};
+  EXPECT_NEAR(*intersect(crown, {Vec3(0, 0, 3), Vec3::UnitX()}), 8.0, 1e-12);
+  EXPECT_NEAR(*intersect(crown, {Vec3(10, 0, 0), Vec3::UnitZ()}), 2.0, 1e-12);
+  EXPECT_NEAR(*intersect(crown, {Vec3(10, 0, 3), Vec3::UnitX()}), 2.0, 1e-12);  // from inside
+  EXPECT_FALSE(intersect(crown, {Vec3(0, 0, 4.01), Vec3::UnitX()}));
+  EXPECT_FALSE(intersect(crown, {Vec3(0, 0, 3), -Vec3::UnitX()}));
+}
+
+TEST(Raycast, EllipsoidAgreesWithMarching) {
+  expectAgreesWithMarching(Ellipsoid{Vec3(0.2, 0.1, -0.3), Vec3(1.5, 1.5, 0.8)});
+}
+
+TEST(Raycast, TriangleIsHitInsideItsEdgesFromBothSides) {
+  const Triangle triangle{Vec3(0, 0, 1), Vec3(2, 0, 1), Vec3(0, 2, 1)};
+  const auto above = intersect(triangle, {Vec3(0.5, 0.5, 4), -Vec3::UnitZ()});
+  const auto below = intersect(triangle, {Vec3(0.5, 0.5, 0), Vec3::UnitZ()});
+  ASSERT_TRUE(above && below);
+  EXPECT_NEAR(*above, 3.0, 1e-12);
+  EXPECT_NEAR(*below, 1.0, 1e-12);
+  for (const Vec3& outside : {Vec3(1.2, 1.0, 4), Vec3(-0.1, 0.5, 4), Vec3(0.5, -0.1, 4)}) {
+    EXPECT_FALSE(intersect(triangle, {outside, -Vec3::UnitZ()}));
+  }
+  EXPECT_FALSE(intersect(triangle, {Vec3(0.5, 0.5, 0), -Vec3::UnitZ()}));  // behind
+  EXPECT_FALSE(intersect(triangle, {Vec3(-1, 0.5, 1), Vec3::UnitX()}));    // along its plane
+}
+
+TEST(Raycast, NormalsFaceTheRayAndArePerpendicularToTheSurface) {
+  const Shape shapes[] = {Box{poseAt(Vec3(0, 0, 0), 0.5, Vec3(1, 1, 0)), Vec3(1, 2, 0.5)},
+                          Cylinder{Vec3(0, 0, -1), 0.8, 2.0}, Ellipsoid{Vec3(0, 0, 0), Vec3(1.5, 1.5, 0.7)},
+                          Triangle{Vec3(-3, -3, 0), Vec3(3, -3, 0.5), Vec3(0, 3, 1)},
+                          Plane{Vec3(0, 0, -1), Vec3(0.1, 0.2, 1).normalized()}};
+  constexpr double kNear = 1e-4;
+  int compared = 0;
+  for (const Shape& shape : shapes) {
+    for (std::uint64_t i = 0; i < 60; ++i) {
+      const Ray ray = randomRay({23, i});
+      const auto cast = [&](const Ray& r) { return std::visit([&](const auto& s) { return intersect(s, r); }, shape); };
+      const auto range = cast(ray);
+      if (!range) {
+        continue;
+      }
+      const Vec3 normal = facingNormal(shape, ray, *range), hit = ray.origin + *range * ray.direction;
+      EXPECT_NEAR(normal.norm(), 1.0, 1e-9);
+      EXPECT_LE(normal.dot(ray.direction), 0.0);
+      // The oracle: a step along the tangents stays on the surface to first order, unless it leaves over an edge.
+      for (const Vec3& tangent : {normal.unitOrthogonal(), Vec3(normal.cross(normal.unitOrthogonal()))}) {
+        const auto beside = cast({hit + kNear * tangent + 0.01 * normal, -normal});
+        if (beside && std::abs(*beside - 0.01) < 1e-3) {
+          EXPECT_NEAR(*beside, 0.01, 1e-6);
+          ++compared;
+        }
+      }
+    }
+  }
+  EXPECT_GT(compared, 200);
 }
 
 TEST(Raycast, BoxAgreesWithMarching) {

@@ -81,6 +81,64 @@ TEST(TrajectoryError, MirroredPathIsNotFitted) {
   EXPECT_GT(absoluteTrajectoryError(pairs), 0.3);
 }
 
+/// A straight drive in steps of 1 m, estimated with steps of `step` m and a turn of `yaw` each.
+std::vector<PosePair> straight(int steps, double step, double yaw) {
+  std::vector<PosePair> pairs{{kGauge, Pose::Identity()}};
+  for (int i = 1; i <= steps; ++i) {
+    pairs.push_back({kGauge * pose(Vec3(i, 0, 0)), pairs.back().T_map_body * pose(Vec3(step, 0, 0), yaw)});
+  }
+  return pairs;
+}
+
+TEST(RelativeError, ScaleErrorIsPerHundredMetres) {
+  const RelativeError e = relativeError(straight(250, 1.01, 0));
+  EXPECT_EQ(e.stretch, 100.0);
+  EXPECT_EQ(e.count, 151u);
+  EXPECT_NEAR(e.translation, 1.0, 1e-9);
+  EXPECT_NEAR(e.rotation_deg, 0.0, 1e-6);
+}
+
+TEST(RelativeError, TurnIsPerHundredMetres) {
+  const RelativeError e = relativeError(straight(250, 1.0, 0.001));
+  EXPECT_NEAR(e.rotation_deg, 0.1 * 180 / M_PI, 1e-6);
+  // 100 steps on a circle of radius 1 / (2 sin(yaw / 2)): the chord's end beside the point 100 m ahead. The first step
+  // goes straight ahead, so the chord leaves at 99 / 2 yaw.
+  const double chord = std::sin(0.05) / std::sin(0.0005), direction = 99 * 0.001 / 2;
+  EXPECT_NEAR(e.translation,
+              (Vec3(chord * std::cos(direction), chord * std::sin(direction), 0) - Vec3(100, 0, 0)).norm(), 1e-6);
+}
+
+TEST(RelativeError, ShortPathsAreScaledFromHalfTheirLength) {
+  const RelativeError e = relativeError(straight(40, 1.02, 0));
+  EXPECT_NEAR(e.stretch, 20.0, 1e-9);
+  EXPECT_EQ(e.count, 21u);
+  EXPECT_NEAR(e.translation, 2.0, 1e-9);
+}
+
+TEST(RelativeError, StretchEndsAtThePoseBehindItAndIsScaledByItsRealLength) {
+  // Poses every 3 m: the first at least 100 m on is 102 m on.
+  std::vector<PosePair> pairs;
+  for (int i = 0; i <= 80; ++i) {
+    pairs.push_back({pose(Vec3(3.0 * i, 0, 0)), pose(Vec3(3.03 * i, 0, 0))});
+  }
+  EXPECT_NEAR(relativeError(pairs).translation, 1.0, 1e-9);
+}
+
+TEST(RelativeError, ConstantOffsetIsNone) {
+  std::vector<PosePair> pairs;
+  for (int i = 0; i <= 300; ++i) {
+    pairs.push_back({pose(Vec3(i, 0, 0)), kGauge * pose(Vec3(i, 0, 0))});
+  }
+  EXPECT_NEAR(relativeError(pairs).translation, 0.0, 1e-9);
+  EXPECT_NEAR(relativeError(pairs).rotation_deg, 0.0, 1e-5);
+}
+
+TEST(RelativeError, StandingStillHasNone) {
+  const std::vector<PosePair> pairs(5);
+  EXPECT_EQ(relativeError(pairs).count, 0u);
+  EXPECT_TRUE(std::isnan(relativeError(pairs).translation));
+}
+
 TEST(PairPoses, PairsByRowWhenCountsAgree) {
   const std::vector<TimedPose> estimate{{5, pose(Vec3(1, 0, 0))}, {9, pose(Vec3(2, 0, 0))}};
   const auto pairs = pairPoses(estimate, {pose(Vec3(3, 0, 0)), pose(Vec3(4, 0, 0))}, std::nullopt);

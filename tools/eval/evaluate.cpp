@@ -1,12 +1,19 @@
 #include "eval/evaluate.h"
 
 #include <charconv>
+#include <fstream>
 
-#include "eval/trajectory.h"
+#include "bus/codec.h"
+#include "bus/log.h"
+#include "frame/odometry_buffer.h"
+#include "truth/cloud.h"
 #include "truth/poses.h"
 
 namespace hgg {
 namespace {
+
+/// Classes without a stable surface: their points and leaves are left out of the geometry, as the paper does.
+const std::set<std::string> kFoliage{"vegetation", "plant"};
 
 std::optional<ClassId> findClass(const std::string& name, const std::map<ClassId, std::string>& names) {
   for (const auto& [id, known] : names) {
@@ -32,54 +39,219 @@ Result<std::set<ClassId>> findClasses(const std::vector<std::string>& names,
   return Result<std::set<ClassId>>::ok(std::move(classes));
 }
 
-Result<std::optional<std::vector<Micros>>> truthTimes(const std::filesystem::path& path) {
-  using Times = Result<std::optional<std::vector<Micros>>>;
-  if (path.empty()) {
-    return Times::ok(std::nullopt);
-  }
-  auto times = readTimes(path);
-  return times ? Times::ok(std::move(times.value)) : Times::fail(times.error);
+/// The path asked for, else `fallback` when there is such a file, else empty.
+std::filesystem::path givenOr(const std::filesystem::path& given, const std::filesystem::path& fallback) {
+  std::error_code error;
+  return !given.empty() || !std::filesystem::exists(fallback, error) ? given : fallback;
 }
 
-Result<std::optional<TrajectoryScore>> scoreTrajectory(const EvalOptions& options) {
-  using Score = Result<std::optional<TrajectoryScore>>;
+using Track = std::vector<TimedPose>;
+
+/// The true poses and, where known, their times.
+struct TruthPath {
+  std::vector<Pose> T_truth_body;
+  std::optional<std::vector<Micros>> times_us;
+};
+
+/// What the mapper was fed, without the points.
+struct Drive {
+  OdometryBuffer odometry{std::numeric_limits<std::size_t>::max()};
+  std::vector<Micros> clouds_us;
+};
+
+/// An empty drive when no log was given.
+Result<Drive> readDrive(const EvalOptions& options) {
+  Drive drive;
+  if (options.log.empty()) {
+    return Result<Drive>::ok(std::move(drive));
+  }
+  auto log = LogReader::open(options.log.string());
+  if (!log) {
+    return Result<Drive>::fail(log.error);
+  }
+  while (const auto event = log->next()) {
+    if (event->channel == options.cloud_channel) {
+      drive.clouds_us.push_back(event->timestamp_us);
+    } else if (event->channel == options.odometry_channel) {
+      const auto sample = decodePose(event->data);
+      if (sample) {
+        drive.odometry.add(*sample);
+      }
+    }
+  }
+  return Result<Drive>::ok(std::move(drive));
+}
+
+/// The times are those given, else the log's, as there is a true pose for every cloud.
+Result<TruthPath> readTruthPath(const EvalOptions& options, const Drive& drive) {
+  auto poses = readPoses(options.poses.empty() ? options.truth / "poses.txt" : options.poses);
+  if (!poses) {
+    return Result<TruthPath>::fail(poses.error);
+  }
+  const auto path = givenOr(options.times, options.truth / "times.txt");
+  if (path.empty()) {
+    const bool fits = drive.clouds_us.size() == poses->size();
+    return Result<TruthPath>::ok({std::move(*poses), fits ? std::optional(drive.clouds_us) : std::nullopt});
+  }
+  auto times = readTimes(path);
+  return times ? Result<TruthPath>::ok({std::move(*poses), std::move(*times)}) : Result<TruthPath>::fail(times.error);
+}
+
+/// Odometry at the times of the mapper's poses, as the mapper saw it.
+Result<Track> odometryAt(const OdometryBuffer& odometry, const Track& at, const EvalOptions& options) {
+  Track track;
+  for (const TimedPose& pose : at) {
+    const auto T_odom_body = odometry.at(pose.utime_us);
+    if (!T_odom_body) {
+      return Result<Track>::fail(options.log.string() + ": no odometry on " + options.odometry_channel +
+                                 " at a time of the trajectory: is it the log that was mapped?");
+    }
+    track.push_back({pose.utime_us, *T_odom_body});
+  }
+  return Result<Track>::ok(std::move(track));
+}
+
+TrajectoryScore score(const std::vector<PosePair>& pairs) {
+  return {pairs.size(), absoluteTrajectoryError(pairs), alignMap(pairs), relativeError(pairs)};
+}
+
+/// An error line, empty when done.
+std::string scoreOdometry(const EvalOptions& options, const Drive& drive, const Track& estimate, const TruthPath& truth,
+                          Evaluation& evaluation) {
+  const auto odometry = odometryAt(drive.odometry, estimate, options);
+  if (!odometry) {
+    return odometry.error;
+  }
+  const auto pairs = pairPoses(*odometry, truth.T_truth_body, truth.times_us);
+  if (!pairs) {
+    return pairs.error;
+  }
+  evaluation.odometry = score(*pairs);
+  const PosePair& first = pairs->front();  // odometry is drawn as it ran away from the start
+  evaluation.scenery.odometry = Path{*pairs, first.T_truth_body * first.T_map_body.inverse()};
+  return "";
+}
+
+/// Scores the corrected trajectory and the odometry; an error line, empty when done.
+std::string scorePaths(const EvalOptions& options, Evaluation& evaluation) {
   if (options.trajectory.empty()) {
-    return Score::ok(std::nullopt);
+    return "";
   }
   const auto estimate = readTum(options.trajectory);
-  const auto truth = readPoses(options.poses.empty() ? options.truth / "poses.txt" : options.poses);
-  const auto times = truthTimes(options.times);
-  if (!estimate || !truth || !times) {
-    return Score::fail(!estimate ? estimate.error : !truth ? truth.error : times.error);
+  const auto drive = readDrive(options);
+  if (!estimate || !drive) {
+    return !estimate ? estimate.error : drive.error;
   }
-  const auto pairs = pairPoses(*estimate, *truth, *times);
+  const auto truth = readTruthPath(options, *drive);
+  if (!truth) {
+    return truth.error;
+  }
+  const auto pairs = pairPoses(*estimate, truth->T_truth_body, truth->times_us);
   if (!pairs) {
-    return Score::fail(pairs.error);
+    return pairs.error;
   }
-  return Score::ok(TrajectoryScore{pairs->size(), absoluteTrajectoryError(*pairs), alignMap(*pairs)});
+  evaluation.trajectory = score(*pairs);
+  evaluation.scenery.corrected = Path{*pairs, evaluation.trajectory->T_truth_map};
+  return options.log.empty() ? "" : scoreOdometry(options, *drive, *estimate, *truth, evaluation);
+}
+
+std::set<ClassId> foliageOf(const std::map<ClassId, std::string>& names) {
+  std::set<ClassId> classes;
+  for (const auto& [id, name] : names) {
+    if (kFoliage.contains(name)) {
+      classes.insert(id);
+    }
+  }
+  return classes;
+}
+
+/// An error line, empty when done, also where the truth has no cloud.
+std::string scoreGeometry(const EvalOptions& options, Evaluation& evaluation) {
+  const auto path = givenOr({}, options.truth / "cloud.ply");
+  if (path.empty()) {
+    return "";
+  }
+  const auto cloud = readCloud(path);
+  if (!cloud) {
+    return cloud.error;
+  }
+  const auto foliage = foliageOf(evaluation.class_names);
+  PointSet reference;
+  for (const CloudPoint& p : *cloud) {
+    if (!foliage.contains(p.label)) {
+      reference.emplace_back(p.x, p.y, p.z);
+    }
+  }
+  std::vector<Belief> leaves;
+  for (const Prediction& object : evaluation.scenery.predictions) {
+    if (!foliage.contains(object.label)) {
+      leaves.insert(leaves.end(), object.geometry.begin(), object.geometry.end());
+    }
+  }
+  evaluation.geometry = compareGeometry(sampleLeaves(leaves, options.spacing), reference, options.spacing);
+  return "";
+}
+
+/// An error line, empty when done, also where there are no answers.
+std::string scoreAnswers(const EvalOptions& options, Evaluation& evaluation) {
+  if (options.answers.empty()) {
+    return "";
+  }
+  const auto queries = readQueries(options.truth / "queries.jsonl");
+  const auto answers = readAnswers(options.answers);
+  if (!queries || !answers) {
+    return !queries ? queries.error : answers.error;
+  }
+  const auto retrieval = scoreRetrieval(*queries, *answers, evaluation.objects.overall.matches);
+  evaluation.retrieval = retrieval.value;
+  return retrieval.error;
+}
+
+/// An error line, empty when done, also where the run left no statistics.
+std::string readCost(const EvalOptions& options, Evaluation& evaluation) {
+  const auto path = givenOr(options.stats, options.map.parent_path() / "stats.json");
+  if (path.empty()) {
+    return "";
+  }
+  std::ifstream in(path);
+  evaluation.cost = nlohmann::json::parse(in, nullptr, false);
+  return evaluation.cost.is_object() ? "" : path.string() + " is not the stats.json of a run";
+}
+
+/// Reads map and truth and matches their objects; an error line, empty when done.
+std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
+  auto graph = options.map.empty() ? readGraphJson(options.graph) : readMapObjects(options.map);
+  auto truth = readTruthObjects(options.truth / "gt_objects.json");
+  if (!graph || !truth) {
+    return !graph ? graph.error : truth.error;
+  }
+  const auto only = findClasses(options.classes, graph->class_names);
+  if (!only) {
+    return only.error;
+  }
+  if (evaluation.trajectory) {
+    for (Prediction& object : graph->objects) {
+      object = transform(evaluation.trajectory->T_truth_map, object);
+    }
+  }
+  evaluation.class_names = std::move(graph->class_names);
+  evaluation.objects = evaluateObjects(graph->objects, *truth, options.radius, *only);
+  evaluation.scenery.predictions = std::move(graph->objects);
+  evaluation.scenery.truth = std::move(*truth);
+  return "";
 }
 
 }  // namespace
 
 Result<Evaluation> evaluate(const EvalOptions& options) {
-  using Evaluated = Result<Evaluation>;
-  auto graph = options.map.empty() ? readGraphJson(options.graph) : readMapObjects(options.map);
-  if (!graph) {
-    return Evaluated::fail(graph.error);
-  }
-  const auto truth = readTruthObjects(options.truth / "gt_objects.json");
-  const auto only = findClasses(options.classes, graph->class_names);
-  const auto trajectory = scoreTrajectory(options);
-  if (!truth || !only || !trajectory) {
-    return Evaluated::fail(!truth ? truth.error : !only ? only.error : trajectory.error);
-  }
-  if (*trajectory) {
-    for (Prediction& object : graph->objects) {
-      object.belief = transform((*trajectory)->T_truth_map, object.belief);
+  Evaluation evaluation;
+  evaluation.radius = options.radius;
+  for (auto* step : {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost}) {
+    if (const std::string error = step(options, evaluation); !error.empty()) {
+      return Result<Evaluation>::fail(error);
     }
   }
-  auto objects = evaluateObjects(graph->objects, *truth, options.radius, *only);
-  return Evaluated::ok({options.radius, std::move(graph->class_names), std::move(objects), *trajectory});
+  return Result<Evaluation>::ok(std::move(evaluation));
 }
 
 }  // namespace hgg

@@ -2,21 +2,30 @@
 
 #include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "eval/geometry.h"
 #include "eval/objects.h"
+#include "eval/retrieval.h"
+#include "eval/trajectory.h"
 
 namespace hgg {
 
 struct EvalOptions {
   std::filesystem::path map, graph;  // one of them: map.hgg or graph JSON
-  std::filesystem::path truth;       // directory with gt_objects.json
+  std::filesystem::path truth;       // directory with gt_objects.json; cloud.ply and queries.jsonl are used when there
   std::filesystem::path trajectory;  // TUM; empty: the map's frame is taken to be the truth's
   std::filesystem::path poses;       // true poses; empty: truth/poses.txt
-  std::filesystem::path times;       // of the true poses; empty: they pair with the trajectory row by row
-  double radius = 1.5;               // m
+  std::filesystem::path times;       // of the true poses; empty: truth/times.txt, else the log's, else by row
+  std::filesystem::path log;         // the mapper's input, for its odometry; empty: odometry is not scored
+  std::filesystem::path stats;       // stats.json of the run; empty: beside the map when there
+  std::filesystem::path answers;     // of hggmap query --batch to truth/queries.jsonl; empty: retrieval is not scored
+  std::string odometry_channel = "POSE_ODOM", cloud_channel = "LIDAR_SEMANTIC";  // of the log
+  double radius = 1.5;                                                           // m
+  double spacing = 0.1;              // m, of the points geometry is compared over
   std::vector<std::string> classes;  // names or ids; empty: all
 };
 
@@ -24,6 +33,20 @@ struct TrajectoryScore {
   std::size_t pairs = 0;
   double ate = 0;                       // m
   Pose T_truth_map = Pose::Identity();  // applied to the predictions before matching
+  RelativeError relative;
+};
+
+/// One pose sequence beside the truth: what a picture needs.
+struct Path {
+  std::vector<PosePair> pairs;
+  Pose T_truth_estimate = Pose::Identity();  // where to draw the estimate
+};
+
+/// Everything in the truth's frame.
+struct Scenery {
+  std::vector<Prediction> predictions;
+  std::vector<TruthObject> truth;
+  std::optional<Path> corrected, odometry;
 };
 
 struct Evaluation {
@@ -31,6 +54,11 @@ struct Evaluation {
   std::map<ClassId, std::string> class_names;
   ObjectEvaluation objects;
   std::optional<TrajectoryScore> trajectory;
+  std::optional<TrajectoryScore> odometry;  // the mapper's input by the same measure
+  std::optional<GeometryScore> geometry;
+  std::optional<RetrievalScore> retrieval;
+  nlohmann::json cost;  // stats.json, null without one
+  Scenery scenery;
 };
 
 /// Reads what the options name and scores it.

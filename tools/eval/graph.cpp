@@ -10,16 +10,27 @@ namespace {
 
 using nlohmann::json;
 
-Prediction predictionOf(const json& entry) {
+Mat3 matrixOf(const json& entry) {
+  const auto rows = entry.get<std::array<double, 9>>();
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data());
+}
+
+Belief beliefOf(const json& entry) {
   const auto mean = entry.at("mean").get<std::array<double, 3>>();
-  const auto cov = entry.at("cov").get<std::array<double, 9>>();
+  return {Vec3(mean.data()), matrixOf(entry.at("cov")), entry.at("kappa").get<double>()};
+}
+
+Prediction predictionOf(const json& entry) {
   Prediction object;
   object.id = entry.at("id").get<NodeId>();
   object.label = entry.at("label").get<ClassId>();
   object.stuff = entry.value("stuff", false);
-  object.belief.mean = Vec3(mean.data());
-  object.belief.cov = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(cov.data());
-  object.belief.kappa = entry.at("kappa").get<double>();
+  object.belief = beliefOf(entry);
+  object.position_cov =
+      entry.contains("position_cov") ? matrixOf(entry["position_cov"]) : positionCovariance(object.belief);
+  for (const json& leaf : entry.value("geometry", json::array())) {
+    object.geometry.push_back(beliefOf(leaf));
+  }
   return object;
 }
 
@@ -35,11 +46,30 @@ PredictedGraph graphOf(const json& root) {
   return graph;
 }
 
+Prediction predictionOf(const MapNode& node) {
+  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovariance(node.belief), {}};
+  object.geometry.reserve(node.leaves.size());
+  for (const Leaf& leaf : node.leaves) {
+    object.geometry.push_back(transform(node.T_map_object, unpackLeaf(leaf)));
+  }
+  return object;
+}
+
 bool isGraphVersion1(const json& root) {
   return root.is_object() && root.value("format", "") == "hgg-graph" && root.value("version", 0) == 1;
 }
 
 }  // namespace
+
+Prediction transform(const Pose& T_a_b, const Prediction& object) {
+  Prediction moved = object;
+  moved.belief = transform(T_a_b, object.belief);
+  moved.position_cov = T_a_b.linear() * object.position_cov * T_a_b.linear().transpose();
+  for (Belief& leaf : moved.geometry) {
+    leaf = transform(T_a_b, leaf);
+  }
+  return moved;
+}
 
 Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   const auto stored = loadMap(path.string());
@@ -48,7 +78,7 @@ Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   }
   PredictedGraph graph{{}, stored->map.classNames()};
   for (const auto& [id, node] : stored->map.nodes()) {
-    graph.objects.push_back({id, node.label, node.stuff, node.belief});
+    graph.objects.push_back(predictionOf(node));
   }
   return Result<PredictedGraph>::ok(std::move(graph));
 }

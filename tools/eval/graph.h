@@ -17,6 +17,8 @@ struct Prediction {
   ClassId label = 0;
   bool stuff = false;
   Belief belief;
+  Mat3 position_cov = Mat3::Zero();   // published covariance of the mean, m^2
+  std::vector<Belief> geometry = {};  // leaves, map frame
 };
 
 struct PredictedGraph {
@@ -24,9 +26,12 @@ struct PredictedGraph {
   std::map<ClassId, std::string> class_names;
 };
 
-/// Object nodes of a map.hgg.
+/// The object as seen from another frame, geometry included.
+Prediction transform(const Pose& T_a_b, const Prediction& object);
+
+/// Object nodes of a map.hgg with their leaves.
 Result<PredictedGraph> readMapObjects(const std::filesystem::path& path);
-/// Objects of a Graph JSON, version 1.
+/// Objects of a Graph JSON, version 1. Without "position_cov" it is cov / kappa; "geometry" may be missing.
 Result<PredictedGraph> readGraphJson(const std::filesystem::path& path);
 
 }  // namespace hgg

@@ -12,11 +12,10 @@ constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 double ratio(double part, double whole) { return whole > 0 ? part / whole : kNothing; }
 
-std::vector<double> sortedErrors(const std::vector<Match>& matches) {
-  std::vector<double> errors(matches.size());
-  std::ranges::transform(matches, errors.begin(), &Match::distance);
-  std::ranges::sort(errors);
-  return errors;
+std::vector<double> valuesOf(const std::vector<Match>& matches, double Match::*value) {
+  std::vector<double> values(matches.size());
+  std::ranges::transform(matches, values.begin(), value);
+  return values;
 }
 
 /// Pairs of the same class within `radius`, closest first.
@@ -25,9 +24,11 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
   std::vector<Match> pairs;
   for (const Prediction& prediction : predictions) {
     for (const TruthObject& object : truth) {
-      const double distance = (prediction.belief.mean - object.belief.mean).norm();
+      const Vec3 error = prediction.belief.mean - object.belief.mean;
+      const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
-        pairs.push_back({prediction.id, object.id, distance});
+        pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
+                         normalisedSquare(error, prediction.position_cov)});
       }
     }
   }
@@ -97,13 +98,23 @@ std::map<ClassId, ClassMembers> byClass(std::span<const Prediction> predictions,
   for (const TruthObject& object : truth) {
     if (wanted(object.label)) {
       ClassMembers& members = classes[object.label];
-      (object.dynamic ? members.dynamic : members.fixed).push_back(object);
+      (object.dynamic || object.gone ? members.dynamic : members.fixed).push_back(object);
     }
   }
   return classes;
 }
 
 }  // namespace
+
+Spread spreadOf(std::vector<double> values) {
+  if (values.empty()) {
+    return {kNothing, kNothing, kNothing};
+  }
+  std::ranges::sort(values);
+  const double sum = std::accumulate(values.begin(), values.end(), 0.0);
+  const double median = 0.5 * (values[(values.size() - 1) / 2] + values[values.size() / 2]);
+  return {sum / static_cast<double>(values.size()), median, values.back()};
+}
 
 double ObjectScore::precision() const {
   return ratio(static_cast<double>(matches.size()), static_cast<double>(predicted));
@@ -115,17 +126,11 @@ double ObjectScore::f1() const {
   return ratio(2.0 * static_cast<double>(matches.size()), static_cast<double>(truth + predicted));
 }
 
-double ObjectScore::meanError() const {
-  const auto errors = sortedErrors(matches);
-  return ratio(std::accumulate(errors.begin(), errors.end(), 0.0), static_cast<double>(errors.size()));
-}
+Spread ObjectScore::positionError() const { return spreadOf(valuesOf(matches, &Match::distance)); }
 
-double ObjectScore::medianError() const {
-  const auto errors = sortedErrors(matches);
-  return errors.empty() ? kNothing : 0.5 * (errors[(errors.size() - 1) / 2] + errors[errors.size() / 2]);
-}
+Spread ObjectScore::extentError() const { return spreadOf(valuesOf(matches, &Match::extent_error)); }
 
-double ObjectScore::maxError() const { return matches.empty() ? kNothing : sortedErrors(matches).back(); }
+Calibration ObjectScore::calibration() const { return calibrate(valuesOf(matches, &Match::normalised_square)); }
 
 ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
                                  double radius, const std::set<ClassId>& only) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "eval/calibration.h"
 #include "eval/graph.h"
 #include "truth/objects.h"
 
@@ -13,8 +14,16 @@ namespace hgg {
 struct Match {
   NodeId prediction = 0;
   std::int64_t truth = 0;
-  double distance = 0;  // m between the means
+  double distance = 0;           // m between the means
+  double extent_error = 0;       // m, 2-Wasserstein distance of the two Gaussians
+  double normalised_square = 0;  // of the position error under the published position covariance
 };
+
+/// Mean, median and maximum; NaN of nothing.
+struct Spread {
+  double mean = 0, median = 0, max = 0;
+};
+Spread spreadOf(std::vector<double> values);
 
 /// Counts and position errors of one class, or of all.
 struct ObjectScore {
@@ -28,9 +37,9 @@ struct ObjectScore {
   double precision() const;
   double recall() const;
   double f1() const;
-  double meanError() const;
-  double medianError() const;
-  double maxError() const;
+  Spread positionError() const;
+  Spread extentError() const;
+  Calibration calibration() const;
 };
 
 struct ObjectEvaluation {
@@ -42,9 +51,9 @@ struct ObjectEvaluation {
 /// Object accuracy as in the paper: greedy nearest matching of the same class within `radius`, over things (predictions
 /// of stuff classes are left out; the truth holds things only). All (prediction, truth) pairs in range are taken
 /// closest first, each prediction and each true object at most once; ties go to the smaller ids. Dynamic true objects
-/// have no single true position: they do not count for recall, and a prediction that is left over after the static ones
-/// are matched, and matches a dynamic one by the same rule, is neither true nor false. Only classes in `only` are
-/// looked at; empty: all.
+/// have no single true position, and those taken away may be in a map or not: they do not count for recall, and a
+/// prediction that is left over after the static ones are matched, and matches a dynamic one by the same rule, is
+/// neither true nor false. Only classes in `only` are looked at; empty: all.
 ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
                                  double radius, const std::set<ClassId>& only);
 

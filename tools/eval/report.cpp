@@ -11,39 +11,123 @@ using nlohmann::json;
 
 template <typename... Args>
 std::string format(const char* pattern, Args... args) {
-  char line[256];
+  char line[512];
   std::snprintf(line, sizeof line, pattern, args...);
   return line;
-}
-
-std::string className(const Evaluation& evaluation, ClassId label) {
-  const auto name = evaluation.class_names.find(label);
-  return name == evaluation.class_names.end() ? "class " + std::to_string(label) : name->second;
 }
 
 std::string number(double value) { return std::isnan(value) ? "-" : format("%.3f", value); }
 
 std::string formatRow(const std::string& name, const ObjectScore& s) {
-  return format("%-16s %6zu %6zu %6zu %6zu %10s %8s %8s %8s %8s %8s\n", name.c_str(), s.truth, s.matches.size(),
+  const Spread position = s.positionError();
+  return format("%-16s %6zu %6zu %6zu %6zu %10s %8s %8s %8s %8s %8s %8s\n", name.c_str(), s.truth, s.matches.size(),
                 s.missed.size(), s.ghosts.size(), number(s.precision()).c_str(), number(s.recall()).c_str(),
-                number(s.f1()).c_str(), number(s.meanError()).c_str(), number(s.medianError()).c_str(),
-                number(s.maxError()).c_str());
+                number(s.f1()).c_str(), number(position.mean).c_str(), number(position.median).c_str(),
+                number(position.max).c_str(), number(s.extentError().mean).c_str());
 }
 
-std::string formatTrajectory(const TrajectoryScore& t) {
-  const Vec3 p = t.T_truth_map.translation();
-  const double degrees = Eigen::AngleAxisd(t.T_truth_map.linear()).angle() * 180.0 / M_PI;
+std::string formatObjects(const Evaluation& evaluation) {
+  std::string text = format("objects: things of the same class within %g m; errors in m, extent by 2-Wasserstein\n",
+                            evaluation.radius);
+  text += format("%-16s %6s %6s %6s %6s %10s %8s %8s %8s %8s %8s %8s\n", "class", "true", "found", "missed", "ghosts",
+                 "precision", "recall", "F1", "mean", "median", "max", "extent");
+  for (const auto& [label, score] : evaluation.objects.classes) {
+    text += formatRow(className(evaluation, label), score);
+  }
+  text += formatRow("all", evaluation.objects.overall);
+  return evaluation.objects.dynamic.empty()
+             ? text
+             : text + format("%zu predictions of moving objects set aside\n", evaluation.objects.dynamic.size());
+}
+
+std::string formatCalibration(const Calibration& c) {
   return format(
-      "trajectory: ATE %.3f m over %zu poses; map moved by %.3f %.3f %.3f m and turned by %.3f deg before matching\n",
-      t.ate, t.pairs, p.x(), p.y(), p.z(), degrees);
+      "calibration: mean normalised square / 3 = %s (honest: 1), median / 3 = %s (0.789), inside the 90 %% "
+      "region: %s (0.9), %zu objects\n",
+      number(c.mean_over_3).c_str(), number(c.median_over_3).c_str(), number(c.inside_90).c_str(), c.count);
+}
+
+std::string formatTrajectory(const char* name, const TrajectoryScore& t) {
+  return format("%-11s ATE %.3f m over %zu poses; %s m and %s deg per 100 m (%zu stretches of %.0f m)\n", name, t.ate,
+                t.pairs, number(t.relative.translation).c_str(), number(t.relative.rotation_deg).c_str(),
+                t.relative.count, t.relative.stretch);
+}
+
+std::string formatTrajectories(const Evaluation& e) {
+  if (!e.trajectory) {
+    return "trajectory: not scored (--trajectory)\n";
+  }
+  const Pose& T = e.trajectory->T_truth_map;
+  const double degrees = Eigen::AngleAxisd(T.linear()).angle() * 180.0 / M_PI;
+  return formatTrajectory("trajectory:", *e.trajectory) +
+         (e.odometry ? formatTrajectory("odometry:", *e.odometry) : "odometry: not scored (--log)\n") +
+         format("the map was moved by %.3f %.3f %.3f m and turned by %.3f deg before matching\n", T.translation().x(),
+                T.translation().y(), T.translation().z(), degrees);
+}
+
+std::string formatGeometry(const Evaluation& e) {
+  if (!e.geometry) {
+    return "geometry: not yet (the truth has no cloud.ply)\n";
+  }
+  const GeometryScore& g = *e.geometry;
+  return format("geometry: Chamfer %s m, map accuracy %s m, completeness %s m (%zu points against %zu)\n",
+                number(g.chamfer).c_str(), number(g.accuracy).c_str(), number(g.completeness).c_str(),
+                g.estimate_points, g.reference_points);
+}
+
+std::string formatRetrieval(const Evaluation& e) {
+  if (!e.retrieval) {
+    return "retrieval: not yet (--answers, from hggmap query --batch)\n";
+  }
+  const RetrievalScore& r = *e.retrieval;
+  return format("retrieval: R@1 %s, R@2 %s, R@3 %s over %zu queries (%zu targets in the map)\n",
+                number(r.recallAt(1)).c_str(), number(r.recallAt(2)).c_str(), number(r.recallAt(3)).c_str(), r.queries,
+                r.mapped);
+}
+
+double value(const json& object, const char* key) {
+  return object.is_object() && object.contains(key) && object[key].is_number() ? object[key].get<double>() : NAN;
+}
+
+std::string formatTimes(const std::string& name, const json& ms) {
+  return format("  %-14s %8s %8s %8s\n", name.c_str(), number(value(ms, "p50")).c_str(),
+                number(value(ms, "p99")).c_str(), number(value(ms, "max")).c_str());
+}
+
+std::string formatCost(const json& cost) {
+  if (!cost.is_object()) {
+    return "cost: not scored (--stats)\n";
+  }
+  std::string text = format("cost in ms:      %8s %8s %8s\n", "median", "99 %", "max");
+  const json stages = cost.value("stage_ms", json::object());
+  for (const auto& [name, ms] : stages.items()) {
+    text += formatTimes(name, ms);
+  }
+  return text + formatTimes("whole frame", cost.value("frame_ms", json())) +
+         format("memory: map %s MB, process %s MB at most\n", number(value(cost, "map_mb")).c_str(),
+                number(value(cost, "peak_rss_mb")).c_str());
 }
 
 json toJson(const std::vector<Match>& matches) {
   json list = json::array();
-  for (const Match& match : matches) {
-    list.push_back({{"id", match.prediction}, {"truth", match.truth}, {"distance", match.distance}});
+  for (const Match& m : matches) {
+    list.push_back({{"id", m.prediction},
+                    {"truth", m.truth},
+                    {"distance", m.distance},
+                    {"extent_error", m.extent_error},
+                    {"normalised_square", m.normalised_square}});
   }
   return list;
+}
+
+json toJson(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"max", s.max}}; }
+
+json toJson(const Calibration& c) {
+  return {{"count", c.count},
+          {"mean_over_3", c.mean_over_3},
+          {"median_over_3", c.median_over_3},
+          {"inside_90", c.inside_90},
+          {"inside", c.inside}};
 }
 
 json toJson(const ObjectScore& s) {
@@ -53,34 +137,66 @@ json toJson(const ObjectScore& s) {
           {"precision", s.precision()},
           {"recall", s.recall()},
           {"f1", s.f1()},
-          {"position_error", {{"mean", s.meanError()}, {"median", s.medianError()}, {"max", s.maxError()}}},
+          {"position_error", toJson(s.positionError())},
+          {"extent_error", toJson(s.extentError())},
+          {"calibration", toJson(s.calibration())},
           {"matches", toJson(s.matches)},
           {"missed", s.missed},
           {"ghosts", s.ghosts}};
 }
 
-json toJson(const TrajectoryScore& t) {
+json toJson(const Pose& T) {
   json rows = json::array();
   for (int i = 0; i < 12; ++i) {
-    rows.push_back(t.T_truth_map.matrix()(i / 4, i % 4));
+    rows.push_back(T.matrix()(i / 4, i % 4));
   }
-  return {{"pairs", t.pairs}, {"ate_rmse", t.ate}, {"T_truth_map", rows}};
+  return rows;
+}
+
+json toJson(const TrajectoryScore& t) {
+  return {{"pairs", t.pairs},
+          {"ate_rmse", t.ate},
+          {"T_truth_map", toJson(t.T_truth_map)},
+          {"relative",
+           {{"stretch_m", t.relative.stretch},
+            {"stretches", t.relative.count},
+            {"translation_m_per_100m", t.relative.translation},
+            {"rotation_deg_per_100m", t.relative.rotation_deg}}}};
+}
+
+json toJson(const GeometryScore& g) {
+  return {{"chamfer", g.chamfer},
+          {"accuracy", g.accuracy},
+          {"completeness", g.completeness},
+          {"estimate_points", g.estimate_points},
+          {"reference_points", g.reference_points},
+          {"T_reference_estimate", toJson(g.T_reference_estimate)}};
+}
+
+json toJson(const RetrievalScore& r) {
+  return {{"queries", r.queries},
+          {"mapped", r.mapped},
+          {"r1", r.recallAt(1)},
+          {"r2", r.recallAt(2)},
+          {"r3", r.recallAt(3)}};
+}
+
+template <typename Score>
+json toJson(const std::optional<Score>& score) {
+  return score ? toJson(*score) : json();
 }
 
 }  // namespace
 
+std::string className(const Evaluation& evaluation, ClassId label) {
+  const auto name = evaluation.class_names.find(label);
+  return name == evaluation.class_names.end() ? "class " + std::to_string(label) : name->second;
+}
+
 std::string formatTable(const Evaluation& evaluation) {
-  std::string text = format("objects: things of the same class within %g m; position error in m\n", evaluation.radius);
-  text += format("%-16s %6s %6s %6s %6s %10s %8s %8s %8s %8s %8s\n", "class", "true", "found", "missed", "ghosts",
-                 "precision", "recall", "F1", "mean", "median", "max");
-  for (const auto& [label, score] : evaluation.objects.classes) {
-    text += formatRow(className(evaluation, label), score);
-  }
-  text += formatRow("all", evaluation.objects.overall);
-  if (!evaluation.objects.dynamic.empty()) {
-    text += format("%zu predictions of moving objects set aside\n", evaluation.objects.dynamic.size());
-  }
-  return evaluation.trajectory ? text + formatTrajectory(*evaluation.trajectory) : text;
+  return formatObjects(evaluation) + formatCalibration(evaluation.objects.overall.calibration()) +
+         formatTrajectories(evaluation) + formatGeometry(evaluation) + formatRetrieval(evaluation) +
+         formatCost(evaluation.cost);
 }
 
 json toJson(const Evaluation& evaluation) {
@@ -95,7 +211,11 @@ json toJson(const Evaluation& evaluation) {
           {"classes", std::move(classes)},
           {"overall", toJson(evaluation.objects.overall)},
           {"dynamic", toJson(evaluation.objects.dynamic)},
-          {"trajectory", evaluation.trajectory ? toJson(*evaluation.trajectory) : json()}};
+          {"trajectory", toJson(evaluation.trajectory)},
+          {"odometry", toJson(evaluation.odometry)},
+          {"geometry", toJson(evaluation.geometry)},
+          {"retrieval", toJson(evaluation.retrieval)},
+          {"cost", evaluation.cost}};
 }
 
 }  // namespace hgg

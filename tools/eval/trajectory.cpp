@@ -3,11 +3,14 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 namespace hgg {
 namespace {
 
 constexpr Micros kTimeTolerance_us = 5000;
+constexpr double kRounding = 1e-6;  // m: what a sum of steps may lack
 
 /// The rotation nearest to M in the Frobenius norm.
 Mat3 nearestRotation(const Mat3& M) {
@@ -78,6 +81,22 @@ std::vector<PosePair> pairByRow(const std::vector<TimedPose>& estimate, const st
   return pairs;
 }
 
+/// True path from the first pose to each pose, m.
+std::vector<double> distancesAlong(const std::vector<PosePair>& pairs) {
+  std::vector<double> way;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Pose& here = pairs[i].T_truth_body;
+    way.push_back(i == 0 ? 0.0 : way.back() + (here.translation() - pairs[i - 1].T_truth_body.translation()).norm());
+  }
+  return way;
+}
+
+/// What the estimated motion from one pose to another adds to the true one.
+Pose motionError(const PosePair& from, const PosePair& to) {
+  const Pose truth = from.T_truth_body.inverse() * to.T_truth_body;
+  return truth.inverse() * (from.T_map_body.inverse() * to.T_map_body);
+}
+
 std::string countsOf(const std::vector<TimedPose>& estimate, const std::vector<Pose>& truth) {
   return std::to_string(estimate.size()) + " estimated and " + std::to_string(truth.size()) + " true poses";
 }
@@ -109,13 +128,40 @@ Pose alignMap(const std::vector<PosePair>& pairs) {
   return alignmentWith(nearestRotation(sum), meanPositions(pairs));
 }
 
-double absoluteTrajectoryError(const std::vector<PosePair>& pairs) {
+std::vector<double> positionErrors(const std::vector<PosePair>& pairs) {
   const Pose T_truth_map = alignPositions(pairs);
-  double squares = 0;
+  std::vector<double> errors;
   for (const PosePair& pair : pairs) {
-    squares += (pair.T_truth_body.translation() - T_truth_map * pair.T_map_body.translation()).squaredNorm();
+    errors.push_back((pair.T_truth_body.translation() - T_truth_map * pair.T_map_body.translation()).norm());
+  }
+  return errors;
+}
+
+double absoluteTrajectoryError(const std::vector<PosePair>& pairs) {
+  double squares = 0;
+  for (const double error : positionErrors(pairs)) {
+    squares += error * error;
   }
   return std::sqrt(squares / static_cast<double>(pairs.size()));
+}
+
+RelativeError relativeError(const std::vector<PosePair>& pairs) {
+  const std::vector<double> way = distancesAlong(pairs);
+  RelativeError sum;
+  sum.stretch = std::min(100.0, way.empty() ? 0.0 : way.back() / 2);
+  for (std::size_t i = 0; sum.stretch > 0 && i < pairs.size(); ++i) {
+    const auto end = std::ranges::lower_bound(way, way[i] + sum.stretch - kRounding);
+    if (end == way.end()) {
+      break;
+    }
+    const Pose E = motionError(pairs[i], pairs[static_cast<std::size_t>(end - way.begin())]);
+    const double per_100_m = 100 / (*end - way[i]);
+    sum.translation += per_100_m * E.translation().norm();
+    sum.rotation_deg += per_100_m * Eigen::AngleAxisd(E.linear()).angle() * 180 / std::numbers::pi;
+    ++sum.count;
+  }
+  const double n = sum.count > 0 ? static_cast<double>(sum.count) : std::numeric_limits<double>::quiet_NaN();
+  return {sum.stretch, sum.count, sum.translation / n, sum.rotation_deg / n};
 }
 
 }  // namespace hgg

@@ -29,4 +29,17 @@ Pose alignMap(const std::vector<PosePair>& pairs);
 /// no scale).
 double absoluteTrajectoryError(const std::vector<PosePair>& pairs);
 
+/// Drift over stretches of the true path, scaled to 100 m. Every pose starts a stretch; it ends at the first pose at
+/// least `stretch` m of true path further on, and is compared as a motion, so no alignment is involved.
+struct RelativeError {
+  double stretch = 0;       // m: 100, or half of a path of less than 200 m
+  std::size_t count = 0;    // stretches
+  double translation = 0;   // m per 100 m, mean; NaN without stretches
+  double rotation_deg = 0;  // per 100 m, mean
+};
+RelativeError relativeError(const std::vector<PosePair>& pairs);
+
+/// Error of every pose after the rigid alignment of absoluteTrajectoryError(), m.
+std::vector<double> positionErrors(const std::vector<PosePair>& pairs);
+
 }  // namespace hgg

@@ -1,40 +1,55 @@
 #include "sim/lidar.h"
 
-#include "sim/raycast.h"
+#include <cmath>
 
 namespace hgg {
+namespace {
 
-std::vector<Vec3> beamDirections(const LidarModel& lidar) {
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  const double span_deg = lidar.elevation_max_deg - lidar.elevation_min_deg;
-  std::vector<Vec3> directions;
-  directions.reserve(static_cast<std::size_t>(lidar.beams) * static_cast<std::size_t>(lidar.columns));
-  for (int column = 0; column < lidar.columns; ++column) {
-    const double azimuth = 2.0 * std::numbers::pi * column / lidar.columns;
-    for (int beam = 0; beam < lidar.beams; ++beam) {
-      const double share = lidar.beams > 1 ? static_cast<double>(beam) / (lidar.beams - 1) : 0.5;
-      const double elevation = (lidar.elevation_min_deg + share * span_deg) * kDegree;
-      directions.emplace_back(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
-                              std::sin(elevation));
-    }
+constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kIndoorRangeMin = 0.3;
+
+}  // namespace
+
+LidarModel spinningLidar(int beams, bool indoor) {
+  LidarModel lidar;
+  lidar.beams = beams;
+  if (beams <= 16) {
+    lidar.elevation_min_deg = -15.0, lidar.elevation_max_deg = 15.0;
+  } else if (indoor) {
+    lidar.elevation_min_deg = -22.5, lidar.elevation_max_deg = 22.5;
+  } else if (beams > 64) {
+    lidar.elevation_min_deg = -25.0, lidar.elevation_max_deg = 15.0;
   }
-  return directions;
+  if (indoor) lidar.errors.range_min = kIndoorRangeMin;
+  return lidar;
 }
 
-std::vector<Point> scan(const World& world, const LidarModel& lidar, const std::vector<Vec3>& directions_body,
-                        const Pose& T_world_body, const RandomKey& noise) {
-  std::vector<Point> points;
-  for (std::size_t i = 0; i < directions_body.size(); ++i) {
-    const Vec3& direction = directions_body[i];
-    const auto hit = castRay(world, {T_world_body.translation(), T_world_body.linear() * direction});
-    if (!hit || hit->range < lidar.range_min || hit->range > lidar.range_max) {
-      continue;
+LidarModel solidStateLidar(bool indoor) {
+  LidarModel lidar;
+  lidar.beams = 100, lidar.columns = 480;
+  lidar.field_of_view_deg = 120.0;
+  lidar.elevation_min_deg = -12.5, lidar.elevation_max_deg = 12.5;
+  if (indoor) lidar.errors.range_min = kIndoorRangeMin;
+  return lidar;
+}
+
+RayGrid lidarGrid(const LidarModel& lidar) {
+  RayGrid grid;
+  grid.width = lidar.columns, grid.height = lidar.beams;
+  grid.wraps = lidar.field_of_view_deg >= 360.0;
+  grid.pitch_x_deg = lidar.field_of_view_deg / lidar.columns;
+  const double span_deg = lidar.elevation_max_deg - lidar.elevation_min_deg;
+  grid.pitch_y_deg = lidar.beams > 1 ? span_deg / (lidar.beams - 1) : 0.0;
+  for (int y = 0; y < grid.height; ++y) {
+    const double elevation = kDegree * (lidar.beams > 1 ? lidar.elevation_min_deg + y * grid.pitch_y_deg
+                                                        : lidar.elevation_min_deg + span_deg / 2);
+    for (int x = 0; x < grid.width; ++x) {
+      const double azimuth = kDegree * ((x + 0.5) * grid.pitch_x_deg - lidar.field_of_view_deg / 2);
+      grid.directions.emplace_back(std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth),
+                                   std::sin(elevation));
     }
-    const Eigen::Vector3f p = ((hit->range + lidar.range_noise * gaussian(noise, i)) * direction).cast<float>();
-    const WorldObject& object = world.objects[hit->object];
-    points.push_back({p.x(), p.y(), p.z(), object.id, object.label});
   }
-  return points;
+  return grid;
 }
 
 }  // namespace hgg

@@ -1,29 +1,31 @@
 #pragma once
 
-#include <vector>
-
-#include "sim/random.h"
-#include "sim/world.h"
+#include "sim/sensor.h"
 
 namespace hgg {
 
-/// A spinning LiDAR; its frame is the body frame.
+/// A LiDAR at the origin of the body; its frame is the body frame.
 struct LidarModel {
-  int beams = 32;
-  int columns = 1024;  // firings a turn
-  double elevation_min_deg = -22.0;
-  double elevation_max_deg = 3.0;
-  double range_min = 1.0;
-  double range_max = 60.0;
-  double range_noise = 0.02;  // standard deviation, m
+  int beams = 64;
+  int columns = 1024;  // firings over the field of view
+  double field_of_view_deg = 360.0;
+  double elevation_min_deg = -24.8;
+  double elevation_max_deg = 2.0;
+  RangeErrors errors{.range_min = 1.0,
+                     .range_max = 100.0,
+                     .noise = 0.02,
+                     .dropout = 0.005,
+                     .grazing_deg = 3.0,
+                     .foliage_depth = 0.5,
+                     .mixed = 0.1};
 };
 
-/// Unit vectors in the body frame, column by column (azimuth from +x towards +y), lowest beam first.
-std::vector<Vec3> beamDirections(const LidarModel& lidar);
+/// A spinning LiDAR of 16, 64 or 128 beams. Indoors it looks up as far as down, and near.
+LidarModel spinningLidar(int beams, bool indoor);
+/// A solid-state LiDAR that looks forward, 120 degrees wide.
+LidarModel solidStateLidar(bool indoor);
 
-/// One turn from a sensor at rest: a point for every beam that hits something in range, labelled, `instance` = object
-/// id.
-std::vector<Point> scan(const World& world, const LidarModel& lidar, const std::vector<Vec3>& directions_body,
-                        const Pose& T_world_body, const RandomKey& noise);
+/// Columns by azimuth, from the right (-fov/2) to the left; rows by elevation, the lowest first.
+RayGrid lidarGrid(const LidarModel& lidar);
 
 }  // namespace hgg

@@ -56,6 +56,31 @@ bool mayHit(const Solid& solid, const Ray& ray, double nearest) {
   return !passes_by && along + solid.bound_radius > 0.0 && along - solid.bound_radius < nearest;
 }
 
+Vec3 normalAt(const Plane& plane, const Vec3& /*p*/) { return plane.normal; }
+
+Vec3 normalAt(const Box& box, const Vec3& p) {
+  const Vec3 local = box.T_world_box.inverse() * p;
+  int axis = 0;
+  (local.cwiseAbs() - box.half).maxCoeff(&axis);
+  return box.T_world_box.linear().col(axis) * (local[axis] < 0.0 ? -1.0 : 1.0);
+}
+
+Vec3 normalAt(const Cylinder& cylinder, const Vec3& p) {
+  const Vec3 from_middle = p - cylinder.base - 0.5 * cylinder.height * Vec3::UnitZ();
+  const double out = std::hypot(from_middle.x(), from_middle.y());
+  const bool on_cap = std::abs(from_middle.z()) - 0.5 * cylinder.height > out - cylinder.radius;
+  return on_cap ? Vec3(0.0, 0.0, from_middle.z() < 0.0 ? -1.0 : 1.0)
+                : Vec3(from_middle.x() / out, from_middle.y() / out, 0.0);
+}
+
+Vec3 normalAt(const Ellipsoid& ellipsoid, const Vec3& p) {
+  return (p - ellipsoid.center).cwiseQuotient(ellipsoid.half.cwiseAbs2()).normalized();
+}
+
+Vec3 normalAt(const Triangle& triangle, const Vec3& /*p*/) {
+  return (triangle.b - triangle.a).cross(triangle.c - triangle.a).normalized();
+}
+
 }  // namespace
 
 std::optional<double> intersect(const Plane& plane, const Ray& ray) {
@@ -81,15 +106,49 @@ std::optional<double> intersect(const Cylinder& cylinder, const Ray& ray) {
                             slab(ray.origin.z(), ray.direction.z(), bottom, bottom + cylinder.height)));
 }
 
+std::optional<double> intersect(const Ellipsoid& ellipsoid, const Ray& ray) {
+  // In the space where the ellipsoid is the unit sphere; the parameter along the ray stays the same.
+  const Vec3 origin = (ray.origin - ellipsoid.center).cwiseQuotient(ellipsoid.half);
+  const Vec3 direction = ray.direction.cwiseQuotient(ellipsoid.half);
+  const double a = direction.squaredNorm(), b = origin.dot(direction), c = origin.squaredNorm() - 1.0;
+  const double discriminant = b * b - a * c;
+  if (discriminant < 0.0) {
+    return std::nullopt;
+  }
+  const double root = std::sqrt(discriminant);
+  return firstCrossing({(-b - root) / a, (-b + root) / a});
+}
+
+std::optional<double> intersect(const Triangle& triangle, const Ray& ray) {
+  // Moeller and Trumbore: barycentric coordinates by triple products.
+  const Vec3 ab = triangle.b - triangle.a, ac = triangle.c - triangle.a, ao = ray.origin - triangle.a;
+  const Vec3 across = ray.direction.cross(ac);
+  const double determinant = ab.dot(across);
+  const double u = ao.dot(across) / determinant;
+  if (determinant == 0.0 || u < 0.0 || u > 1.0) {
+    return std::nullopt;
+  }
+  const Vec3 up = ao.cross(ab);
+  const double v = ray.direction.dot(up) / determinant, range = ac.dot(up) / determinant;
+  return v >= 0.0 && u + v <= 1.0 && range > 0.0 ? std::optional(range) : std::nullopt;
+}
+
+Vec3 facingNormal(const Shape& shape, const Ray& ray, double range) {
+  const Vec3 p = ray.origin + range * ray.direction;
+  const Vec3 normal = std::visit([&](const auto& s) { return normalAt(s, p); }, shape);
+  return normal.dot(ray.direction) > 0.0 ? Vec3(-normal) : normal;
+}
+
 std::optional<Hit> castRay(const World& world, const Ray& ray) {
   std::optional<Hit> nearest;
-  for (const Solid& solid : world.solids) {
+  for (std::size_t i = 0; i < world.solids.size(); ++i) {
+    const Solid& solid = world.solids[i];
     if (!mayHit(solid, ray, nearest ? nearest->range : kInfinity)) {
       continue;
     }
     const auto range = std::visit([&](const auto& shape) { return intersect(shape, ray); }, solid.shape);
     if (range && (!nearest || *range < nearest->range)) {
-      nearest = Hit{*range, solid.object};
+      nearest = Hit{*range, solid.object, facingNormal(solid.shape, ray, *range), i};
     }
   }
   return nearest;

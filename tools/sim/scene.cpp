@@ -1,11 +1,36 @@
 #include "sim/scene.h"
 
+#include <map>
+
 namespace hgg {
+namespace {
 
-std::vector<std::string> sceneNames() { return {"yard"}; }
+using Maker = Scene (*)(std::uint64_t seed, double dynamics);
 
-std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed) {
-  return name == "yard" ? std::optional(makeYard(seed)) : std::nullopt;
+const std::map<std::string, Maker>& makers() {
+  static const std::map<std::string, Maker> kMakers = {
+      {"yard", [](std::uint64_t seed, double /*dynamics*/) { return makeYard(seed); }},
+      {"street", &makeStreet},
+      {"campus", &makeCampus},
+      {"apartment", &makeApartment},
+      {"office", &makeOffice},
+      {"hall", &makeHall}};
+  return kMakers;
+}
+
+}  // namespace
+
+std::vector<std::string> sceneNames() {
+  std::vector<std::string> names;
+  for (const auto& [name, maker] : makers()) {
+    names.push_back(name);
+  }
+  return names;
+}
+
+std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics) {
+  const auto maker = makers().find(name);
+  return maker == makers().end() ? std::nullopt : std::optional(maker->second(seed, dynamics));
 }
 
 }  // namespace hgg

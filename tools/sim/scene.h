@@ -9,19 +9,49 @@
 
 namespace hgg {
 
-/// A world and the way a sensor takes through it.
+/// How an object of the world leaves the place where it was added.
+struct Motion {
+  std::size_t object = 0;  // index into World::objects
+  /// Carries the object's solids from where they were added; nullopt: it is not there (not yet, or no more).
+  std::function<std::optional<Pose>(double time)> T_world_object;
+};
+
+/// A world and the way a sensor takes through it. Times are in seconds from the start.
 struct Scene {
   World world;
-  std::function<Pose(double time)> T_world_body;
+  std::function<Pose(double time)> T_world_body;  // any time >= 0; body x forward, z up
+  std::vector<Motion> motions = {};               // at most one an object; all other objects stay
+  double duration = 0;                            // s, a whole tour: every loop closed, every change between laps seen
+  std::string label_space = "semantickitti";      // or "indoor": the folder of classes.toml in firmware_cfg
+  /// A real front-end's poses of the same way (same start pose); empty: odometry is the truth, disturbed.
+  std::function<Pose(double time)> T_odom_body = nullptr;
 };
 
 /// Names makeScene() knows.
 std::vector<std::string> sceneNames();
-/// nullopt when there is no world of that name. The seed varies the placement of objects.
-std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed);
+/// nullopt when there is no world of that name. The seed varies the placement of objects. `dynamics` 0..1 (share of the
+/// most the world has) adds people and cars that move, and objects that are moved or taken away between two laps.
+std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics = 0.0);
+
+/// A street laid along a way that was really driven, with the poses of a real front-end beside it (both KITTI: camera
+/// convention, 3x4 rows read with readPoses(), 10 Hz, the same number). The map frame is body-like: x forward, z up.
+Scene pathScene(const std::vector<Pose>& T_world_camera, const std::vector<Pose>& T_odom_camera, std::uint64_t seed,
+                double dynamics = 0.0);
 
 /// "yard": a house and trees inside a loop road, parked cars, bicycles, poles, signs, trees and houses around it. One
 /// lap of the oval takes 20 s, at 3 to 5 m/s.
 Scene makeYard(std::uint64_t seed);
+/// "street": a road around a block of houses, twice, up and down a slope. Parked cars in rows, poles, signs, trees,
+/// fences, hedges. A lap takes 30 s.
+Scene makeStreet(std::uint64_t seed, double dynamics);
+/// "campus": paths between lawns and halls; benches, bins, bicycles, trees, lamps. At walking speed, a lap in under 60
+/// s.
+Scene makeCampus(std::uint64_t seed, double dynamics);
+/// "apartment": rooms off a corridor, furnished.
+Scene makeApartment(std::uint64_t seed, double dynamics);
+/// "office": a ring corridor with office rooms, desks, monitors, chairs, shelves.
+Scene makeOffice(std::uint64_t seed, double dynamics);
+/// "hall": a subway-like hall: rows of identical columns, benches, ticket machines.
+Scene makeHall(std::uint64_t seed, double dynamics);
 
 }  // namespace hgg

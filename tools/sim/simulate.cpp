@@ -2,34 +2,272 @@
 
 #include <cmath>
 
-#include "frame_log.h"
+#include "bus/codec.h"
+#include "bus/log.h"
+#include "sim/motion.h"
+#include "sim/queries.h"
+#include "sim/world_cloud.h"
 
 namespace hgg {
 namespace {
 
 constexpr Micros kStart_us = 1'000'000;
-/// Streams of randomness: below this the odometry steps, from here on the scans.
-constexpr std::uint64_t kScanStream = std::uint64_t{1} << 32;
 
-double frameTime(const SimOptions& options, std::size_t frame) { return static_cast<double>(frame) / options.rate_hz; }
+/// Points with what only a simulator knows of them; body frame.
+struct TrueCloud {
+  std::vector<Point> points;
+  std::vector<float> times;           // s after the frame's time; empty: all at it
+  std::vector<std::int32_t> objects;  // index into World::objects; -1: between surfaces, on none
+};
 
-std::vector<Pose> drive(const Scene& scene, const SimOptions& options) {
-  const Pose T_map_world = scene.T_world_body(0.0).inverse();
-  std::vector<Pose> poses{Pose::Identity()};
-  for (std::size_t i = 1; i < static_cast<std::size_t>(options.frames); ++i) {
-    poses.push_back(T_map_world * scene.T_world_body(frameTime(options, i)));
+/// A camera at work.
+struct Eye {
+  const CameraModel* model;
+  RayGrid grid;
+  Scan scan;
+  LabelImage labels;
+  DepthImage depth;
+};
+
+/// All that stays the same from frame to frame.
+struct Drive {
+  const Scene& scene;
+  const SimOptions& options;
+  Trajectory T_world_body;
+  std::vector<double> times;
+  RayGrid lidar;
+  std::vector<Eye> eyes;
+  Segmentation cloud_segmentation, image_segmentation;
+
+  double sweep() const { return options.motion_distortion ? 1.0 / options.rate_hz : 0.0; }
+};
+
+Drive makeDrive(const Scene& scene, const SimOptions& options) {
+  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}};
+  for (int i = 0; i < frameCount(scene, options); ++i) drive.times.push_back(i / options.rate_hz);
+  if (options.sensors.lidar) drive.lidar = lidarGrid(*options.sensors.lidar);
+  for (const CameraModel& camera : options.sensors.cameras) {
+    drive.eyes.push_back({&camera, cameraGrid(camera), {}, {}, {}});
   }
+  const auto palette = worldLabels(scene.world);
+  drive.cloud_segmentation = {&scene.world, options.cloud_labels, palette, options.instances};
+  drive.image_segmentation = {&scene.world, options.image_labels, palette, options.instances};
+  return drive;
+}
+
+std::vector<Pose> fromStart(const Trajectory& T_world_body, const std::vector<double>& times) {
+  const Pose T_map_world = T_world_body(times.front()).inverse();
+  std::vector<Pose> poses{Pose::Identity()};
+  for (std::size_t i = 1; i < times.size(); ++i) poses.push_back(T_map_world * T_world_body(times[i]));
   return poses;
 }
 
-void accumulate(TruthAccumulator& truth, const World& world, std::size_t frame, const std::vector<Point>& points,
-                const Pose& T_map_body) {
-  for (const Point& p : points) {
-    const WorldObject& object = world.objects[p.instance - 1];
-    if (object.thing) {
-      truth.add(object.id, object.label, frame, T_map_body * Vec3(p.x, p.y, p.z));
+std::vector<Pose> odometryOf(const Drive& drive, const std::vector<Pose>& T_map_body) {
+  const SimOptions& options = drive.options;
+  if (options.odometry) return disturbOdometry(T_map_body, *options.odometry, options.seed);
+  if (!drive.scene.T_odom_body) return T_map_body;
+  return fromStart(withGait(drive.scene.T_odom_body, options.gait_deg), drive.times);
+}
+
+// ---------------------------------------------------------------------------------------------------- sensing
+
+void look(Eye& eye, std::size_t camera, const Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us) {
+  const SimOptions& options = drive.options;
+  const World& world = drive.scene.world;
+  eye.scan = measure(caster, world, eye.grid, eye.model->errors, drive.T_world_body, {drive.times[frame], 0.0},
+                     keyFor(options.seed, Purpose::kRanges, camera + 1, frame), options.threads);
+  eye.labels = segment(drive.image_segmentation, eye.grid, eye.scan,
+                       objectLabels(world, options.image_labels, options.seed, frame),
+                       keyFor(options.seed, Purpose::kPixelLabels, camera + 1, frame), options.threads);
+  eye.labels.utime_us = utime_us;
+  if (eye.model->depth) eye.depth = depthImage(eye.grid, eye.scan, utime_us);
+}
+
+/// The LiDAR's returns, unlabelled.
+TrueCloud returnsOf(const RayGrid& grid, const Scan& scan, const Exposure& exposure) {
+  TrueCloud cloud;
+  for (int y = 0; y < grid.height; ++y) {
+    for (int x = 0; x < grid.width; ++x) {
+      const std::size_t i = grid.at(x, y);
+      if (scan.range[i] <= 0) continue;
+      const Eigen::Vector3f p = (static_cast<double>(scan.range[i]) * grid.directions[i]).cast<float>();
+      cloud.points.push_back({p.x(), p.y(), p.z(), 0, 0});
+      cloud.objects.push_back(scan.mixed[i] ? -1 : scan.object[i]);
+      if (exposure.sweep > 0) {
+        cloud.times.push_back(static_cast<float>(columnTime(grid, exposure, x) - exposure.time));
+      }
     }
   }
+  return cloud;
+}
+
+/// Labels the LiDAR's returns as a segmenter of clouds does.
+void labelCloud(TrueCloud& cloud, const Drive& drive, const Scan& scan, std::size_t frame) {
+  const SimOptions& options = drive.options;
+  const RandomKey key = keyFor(options.seed, Purpose::kPixelLabels, 0, frame);
+  const LabelImage labels =
+      segment(drive.cloud_segmentation, drive.lidar, scan,
+              objectLabels(drive.scene.world, options.cloud_labels, options.seed, frame), key, options.threads);
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < scan.range.size(); ++i) {
+    if (scan.range[i] <= 0) continue;
+    Point& p = cloud.points[n++];
+    if (scan.mixed[i] && uniform(key, 4 * scan.range.size() + i) >= options.cloud_labels.mixed) continue;
+    p.label = labels.labels[i];
+    if (options.instances) p.instance = labels.instances[i];
+  }
+}
+
+/// For each pixel the nearest return around it, m; infinite where there is none. Returns behind it may be hidden from
+/// the camera and would get the label of what hides them.
+std::vector<float> nearestReturns(const CameraModel& camera, const TrueCloud& returns) {
+  constexpr int kReach = 3;  // pixels: the gaps between beams
+  const int width = camera.width, height = camera.height;
+  std::vector<float> nearest(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
+                             std::numeric_limits<float>::infinity());
+  for (const Point& p : returns.points) {
+    const Vec3 p_body(p.x, p.y, p.z);
+    const auto pixel = project(camera, p_body);
+    if (!pixel) continue;
+    const auto range = static_cast<float>((p_body - camera.T_body_camera.translation()).norm());
+    for (int y = std::max(pixel->y - kReach, 0); y <= std::min(pixel->y + kReach, height - 1); ++y) {
+      for (int x = std::max(pixel->x - kReach, 0); x <= std::min(pixel->x + kReach, width - 1); ++x) {
+        float& at = nearest[static_cast<std::size_t>(y * width + x)];
+        at = std::min(at, range);
+      }
+    }
+  }
+  return nearest;
+}
+
+/// The index of the pixel that shows a point; nullopt when something nearer may hide it.
+std::optional<std::size_t> visiblePixel(const Eye& eye, const std::vector<float>& nearest, const Point& p) {
+  constexpr double kStep = 0.3, kSlope = 0.05;  // m, and per m: surfaces seen at a slant are not hidden by themselves
+  const Vec3 p_body(p.x, p.y, p.z);
+  const auto pixel = project(*eye.model, p_body);
+  if (!pixel) return std::nullopt;
+  const std::size_t at = eye.labels.at(pixel->x, pixel->y);
+  const double range = (p_body - eye.model->T_body_camera.translation()).norm();
+  return range < (1.0 + kSlope) * static_cast<double>(nearest[at]) + kStep ? std::optional(at) : std::nullopt;
+}
+
+/// Labels the LiDAR's returns through the cameras; those no camera sees for certain are left out.
+TrueCloud labelThroughCameras(const TrueCloud& returns, const std::vector<Eye>& eyes) {
+  std::vector<std::vector<float>> nearest;
+  for (const Eye& eye : eyes) nearest.push_back(nearestReturns(*eye.model, returns));
+  TrueCloud cloud;
+  for (std::size_t i = 0; i < returns.points.size(); ++i) {
+    Point p = returns.points[i];
+    for (std::size_t e = 0; e < eyes.size(); ++e) {
+      const auto pixel = visiblePixel(eyes[e], nearest[e], p);
+      if (!pixel) continue;
+      p.label = eyes[e].labels.labels[*pixel];
+      p.instance = eyes[e].labels.instances.empty() ? 0 : eyes[e].labels.instances[*pixel];
+      cloud.points.push_back(p);
+      cloud.objects.push_back(returns.objects[i]);
+      if (!returns.times.empty()) cloud.times.push_back(returns.times[i]);
+      break;
+    }
+  }
+  return cloud;
+}
+
+/// The points of a depth camera with the labels of their pixels.
+TrueCloud pointsOf(const Eye& eye) {
+  TrueCloud cloud;
+  for (int y = 0; y < eye.grid.height; ++y) {
+    for (int x = 0; x < eye.grid.width; ++x) {
+      const std::size_t i = eye.grid.at(x, y);
+      if (eye.depth.depth_mm[i] == 0) continue;
+      const Eigen::Vector3f p = unproject(*eye.model, {x, y}, eye.depth.depth_mm[i] / 1000.0).cast<float>();
+      cloud.points.push_back(
+          {p.x(), p.y(), p.z(), eye.labels.instances.empty() ? 0 : eye.labels.instances[i], eye.labels.labels[i]});
+      cloud.objects.push_back(eye.scan.mixed[i] ? -1 : eye.scan.object[i]);
+    }
+  }
+  return cloud;
+}
+
+/// What one frame gives.
+struct Sensed {
+  TrueCloud lidar;     // unlabelled, of a rig
+  TrueCloud semantic;  // labelled
+};
+
+Sensed sense(Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us) {
+  const SimOptions& options = drive.options;
+  for (std::size_t i = 0; i < drive.eyes.size(); ++i) look(drive.eyes[i], i, drive, caster, frame, utime_us);
+  Sensed sensed;
+  if (!options.sensors.lidar) {
+    if (!drive.eyes.empty() && drive.eyes.front().model->depth) sensed.semantic = pointsOf(drive.eyes.front());
+    return sensed;
+  }
+  const Exposure exposure{drive.times[frame], drive.sweep()};
+  const Scan scan = measure(caster, drive.scene.world, drive.lidar, options.sensors.lidar->errors, drive.T_world_body,
+                            exposure, keyFor(options.seed, Purpose::kRanges, 0, frame), options.threads);
+  TrueCloud returns = returnsOf(drive.lidar, scan, exposure);
+  if (drive.eyes.empty()) {
+    labelCloud(returns, drive, scan, frame);
+    sensed.semantic = std::move(returns);
+  } else {
+    sensed.semantic = labelThroughCameras(returns, drive.eyes);
+    sensed.lidar = std::move(returns);
+  }
+  return sensed;
+}
+
+// ---------------------------------------------------------------------------------------------------- truth and log
+
+void accumulate(TruthAccumulator& truth, const Drive& drive, std::size_t frame, const TrueCloud& cloud,
+                const Pose& T_map_world) {
+  const Pose T_map_body = T_map_world * drive.T_world_body(drive.times[frame]);
+  float time = 0;
+  Pose T_map_point = T_map_body;  // where the body was when the point was measured
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (cloud.objects[i] < 0) continue;
+    const WorldObject& object = drive.scene.world.objects[static_cast<std::size_t>(cloud.objects[i])];
+    if (!object.thing) continue;
+    if (!cloud.times.empty() && cloud.times[i] != time) {
+      time = cloud.times[i];
+      T_map_point = T_map_world * drive.T_world_body(drive.times[frame] + static_cast<double>(time));
+    }
+    const Point& p = cloud.points[i];
+    truth.add(object.id, object.label, frame, T_map_point * Vec3(p.x, p.y, p.z));
+  }
+}
+
+std::string writeImages(LogWriter& log, const std::vector<Eye>& eyes, Micros utime_us) {
+  std::string error;
+  for (const Eye& eye : eyes) {
+    const std::string& name = eye.model->name;
+    if (eye.model->depth && error.empty()) {
+      error = log.write("DEPTH_" + name, utime_us, encodeDepthImage(eye.depth));
+    }
+    if (error.empty()) error = log.write("CAMERA_LABELS_" + name, utime_us, encodeLabelImage(eye.labels));
+  }
+  return error;
+}
+
+std::string writeClouds(LogWriter& log, const Drive& drive, const Sensed& sensed, Micros utime_us) {
+  const bool is_rig = !drive.eyes.empty();
+  std::string error;
+  if (is_rig && drive.options.sensors.lidar) {
+    error = log.write("LIDAR", utime_us, encodeCloud(utime_us, sensed.lidar.points, sensed.lidar.times));
+  }
+  if (error.empty() && (!is_rig || drive.options.semantic_cloud)) {
+    error = log.write("LIDAR_SEMANTIC", utime_us,
+                      encodeSemanticCloud(utime_us, sensed.semantic.points, sensed.semantic.times));
+  }
+  return error;
+}
+
+bool isOdometryMissing(const Drive& drive, std::size_t frame) {
+  const SimOptions& options = drive.options;
+  return options.odometry && isOdometryMissing(*options.odometry, options.seed, frame, drive.times.size());
+}
+
+std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& sensors) {
+  return sensors.cameras.empty() ? "" : writeRig(sensors.cameras, (log.parent_path() / "rig.toml").string());
 }
 
 }  // namespace
@@ -37,29 +275,52 @@ void accumulate(TruthAccumulator& truth, const World& world, std::size_t frame, 
 Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
                             const Progress& progress) {
   auto writer = LogWriter::create(log.string());
-  if (!writer) {
-    return Result<DriveTruth>::fail(writer.error);
-  }
-  const std::vector<Pose> T_map_body = drive(scene, options);
-  const std::vector<Pose> odometry = disturbOdometry(T_map_body, options.odometry, options.seed);
-  const std::vector<Vec3> directions = beamDirections(options.lidar);
+  if (!writer) return Result<DriveTruth>::fail(writer.error);
+  Drive drive = makeDrive(scene, options);
+  DriveTruth result;
+  for (const double time : drive.times) result.T_world_body.push_back(drive.T_world_body(time));
+  result.T_map_body = fromStart(drive.T_world_body, drive.times);
+  const std::vector<Pose> odometry = odometryOf(drive, result.T_map_body);
+  const Pose T_map_world = result.T_world_body.front().inverse();
+  RayCaster caster(scene);
   TruthAccumulator truth;
-  for (std::size_t i = 0; i < T_map_body.size(); ++i) {
-    const double time = frameTime(options, i);
-    auto points =
-        scan(scene.world, options.lidar, directions, scene.T_world_body(time), {options.seed, kScanStream + i});
-    accumulate(truth, scene.world, i, points, T_map_body[i]);
-    for (Point& p : points) {
-      p.instance = options.instances ? p.instance : 0;
-    }
-    const std::string error = writeFrame(*writer, kStart_us + std::llround(time * 1e6), odometry[i], points);
-    if (!error.empty()) {
-      return Result<DriveTruth>::fail(error);
-    }
-    progress(i + 1, T_map_body.size());
+  std::string error = writeRigBeside(log, options.sensors);
+  for (std::size_t i = 0; i < drive.times.size() && error.empty(); ++i) {
+    const Micros utime_us = kStart_us + std::llround(drive.times[i] * 1e6);
+    const Sensed sensed = sense(drive, caster, i, utime_us);
+    accumulate(truth, drive, i, sensed.semantic, T_map_world);
+    if (!isOdometryMissing(drive, i)) error = writer->write("POSE_ODOM", utime_us, encodePose(utime_us, odometry[i]));
+    if (error.empty()) error = writeImages(*writer, drive.eyes, utime_us);
+    if (error.empty()) error = writeClouds(*writer, drive, sensed, utime_us);
+    progress(i + 1, drive.times.size());
   }
-  const std::string error = writer->close();
-  return error.empty() ? Result<DriveTruth>::ok({truth.objects(), T_map_body}) : Result<DriveTruth>::fail(error);
+  if (error.empty()) error = writer->close();
+  result.objects = truth.objects();
+  markMotion(result.objects, scene, drive.times.back());
+  return error.empty() ? Result<DriveTruth>::ok(std::move(result)) : Result<DriveTruth>::fail(error);
+}
+
+WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive) {
+  return {drive.objects, drive.T_map_body, sampleSurfaces(scene, drive.T_world_body, {}),
+          makeQueries(scene, drive.objects)};
+}
+
+Trajectory withGait(Trajectory T_world_body, double gait_deg) {
+  if (gait_deg == 0) return T_world_body;
+  return [T_world_body = std::move(T_world_body), gait_deg](double time) {
+    constexpr double kStrides = 1.6, kBobPerDegree = 0.01;  // Hz, m
+    const double amplitude = gait_deg * std::numbers::pi / 180.0, phase = 2.0 * std::numbers::pi * kStrides * time;
+    Pose sway = Pose::Identity();
+    sway.translation().z() = kBobPerDegree * gait_deg * std::sin(2.0 * phase);
+    sway.linear() = (Eigen::AngleAxisd(0.7 * amplitude * std::sin(2.0 * phase + 1.0), Vec3::UnitY()) *
+                     Eigen::AngleAxisd(amplitude * std::sin(phase), Vec3::UnitX()))
+                        .toRotationMatrix();
+    return T_world_body(time) * sway;
+  };
+}
+
+int frameCount(const Scene& scene, const SimOptions& options) {
+  return options.frames > 0 ? options.frames : 1 + static_cast<int>(scene.duration * options.rate_hz);
 }
 
 }  // namespace hgg

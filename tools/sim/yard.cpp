@@ -3,6 +3,7 @@
 
 #include "sim/random.h"
 #include "sim/scene.h"
+#include "sim/worlds/outdoor.h"
 
 namespace hgg {
 namespace {
@@ -11,20 +12,6 @@ constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr double kLapTime = 20.0;
 constexpr double kHalfLength = 15.0, kHalfWidth = 10.0;  // of the oval the sensor drives
 constexpr double kSensorHeight = 1.8;
-
-/// SemanticKITTI label ids.
-enum Label : ClassId {
-  kCar = 10,
-  kBicycle = 11,
-  kRoad = 40,
-  kBuilding = 50,
-  kFence = 51,
-  kVegetation = 70,
-  kTrunk = 71,
-  kTerrain = 72,
-  kPole = 80,
-  kTrafficSign = 81
-};
 
 /// A place beside the oval: `offset` outward from the road's centre line, yaw along the road.
 struct Place {
@@ -43,55 +30,61 @@ Place besideRoad(double lap_share, double offset) {
 
 void addCar(World& world, const Place& at) {
   const Vec3 up(0, 0, 1);
-  addObject(world, kCar, true,
+  addObject(world, objectOf(Outdoor::kCar),
             {uprightBox(at.ground + 0.25 * up, Vec3(4.2, 1.8, 0.65), at.yaw),
              uprightBox(at.ground + 0.9 * up, Vec3(2.3, 1.6, 0.6), at.yaw)});
 }
 
 void addBicycle(World& world, const Place& at) {
-  addObject(world, kBicycle, true, {uprightBox(at.ground + Vec3(0, 0, 0.1), Vec3(1.7, 0.35, 0.9), at.yaw)});
+  addObject(world, objectOf(Outdoor::kBicycle),
+            {uprightBox(at.ground + Vec3(0, 0, 0.1), Vec3(1.7, 0.35, 0.9), at.yaw)});
 }
 
-void addPole(World& world, const Place& at) { addObject(world, kPole, true, {Cylinder{at.ground, 0.12, 3.2}}); }
+void addPole(World& world, const Place& at) {
+  addObject(world, objectOf(Outdoor::kPole), {Cylinder{at.ground, 0.12, 3.2}});
+}
 
 void addSign(World& world, const Place& at) {
-  addObject(world, kTrafficSign, true, {uprightBox(at.ground + Vec3(0, 0, 1.0), Vec3(0.08, 0.8, 0.8), at.yaw)});
+  addObject(world, objectOf(Outdoor::kTrafficSign),
+            {uprightBox(at.ground + Vec3(0, 0, 1.0), Vec3(0.08, 0.8, 0.8), at.yaw)});
 }
 
-void addTree(World& world, const Place& at) {
-  addObject(world, kTrunk, true, {Cylinder{at.ground, 0.22, 2.2}});
-  addObject(world, kVegetation, false, {Cylinder{at.ground + Vec3(0, 0, 2.2), 1.4, 2.5}});
+void addYardTree(World& world, const Place& at) {
+  addObject(world, objectOf(Outdoor::kTrunk), {Cylinder{at.ground, 0.22, 2.2}});
+  addObject(world, objectOf(Outdoor::kVegetation), {Cylinder{at.ground + Vec3(0, 0, 2.2), 1.4, 2.5}});
 }
 
 void addHouse(World& world, const Place& at, const Vec3& size) {
-  addObject(world, kBuilding, false, {uprightBox(at.ground, size, at.yaw)});
+  addObject(world, objectOf(Outdoor::kBuilding), {uprightBox(at.ground, size, at.yaw)});
 }
 
 void addSurroundings(World& world) {
-  addObject(world, kRoad, false, {Plane{Vec3::Zero(), Vec3::UnitZ()}});
-  addObject(world, kTerrain, false, {uprightBox(Vec3::Zero(), Vec3(18.0, 10.0, 0.05), 0.0)});
+  addObject(world, objectOf(Outdoor::kRoad), {Plane{Vec3::Zero(), Vec3::UnitZ()}});
+  addObject(world, objectOf(Outdoor::kTerrain), {uprightBox(Vec3::Zero(), Vec3(18.0, 10.0, 0.05), 0.0)});
   addHouse(world, {Vec3(2.0, 0.5, 0.0), 0.1}, Vec3(6.0, 4.0, 3.5));
   constexpr int kHouses = 5;
   for (int i = 0; i < kHouses; ++i) {
     addHouse(world, besideRoad((i + 0.5) / kHouses, 14.0), Vec3(10.0, 6.0, 5.0));
   }
-  addObject(world, kFence, false, {uprightBox(Vec3(0.0, 24.0, 0.0), Vec3(20.0, 0.1, 1.4), 0.0)});
+  addObject(world, objectOf(Outdoor::kFence), {uprightBox(Vec3(0.0, 24.0, 0.0), Vec3(20.0, 0.1, 1.4), 0.0)});
 }
 
 }  // namespace
 
 Scene makeYard(std::uint64_t seed) {
-  Scene scene{{}, [](double time) {
-                const double lap_share = time / kLapTime;
-                const Place at = besideRoad(lap_share, 0.0);
-                Pose pose = Pose::Identity();
-                pose.translation() = at.ground + Vec3(0, 0, kSensorHeight + 0.02 * std::sin(kTau * time / 1.3));
-                pose.linear() = (Eigen::AngleAxisd(at.yaw, Vec3::UnitZ()) *
-                                 Eigen::AngleAxisd(0.008 * std::sin(kTau * time / 2.9), Vec3::UnitY()) *
-                                 Eigen::AngleAxisd(0.006 * std::sin(kTau * time / 3.7), Vec3::UnitX()))
-                                    .toRotationMatrix();
-                return pose;
-              }};
+  Scene scene;
+  scene.T_world_body = [](double time) {
+    const double lap_share = time / kLapTime;
+    const Place at = besideRoad(lap_share, 0.0);
+    Pose pose = Pose::Identity();
+    pose.translation() = at.ground + Vec3(0, 0, kSensorHeight + 0.02 * std::sin(kTau * time / 1.3));
+    pose.linear() = (Eigen::AngleAxisd(at.yaw, Vec3::UnitZ()) *
+                     Eigen::AngleAxisd(0.008 * std::sin(kTau * time / 2.9), Vec3::UnitY()) *
+                     Eigen::AngleAxisd(0.006 * std::sin(kTau * time / 3.7), Vec3::UnitX()))
+                        .toRotationMatrix();
+    return pose;
+  };
+  scene.duration = 2.0 * kLapTime;
   addSurroundings(scene.world);
   const RandomKey key{seed, 1};
   constexpr int kSlots = 24;
@@ -104,7 +97,7 @@ Scene makeYard(std::uint64_t seed) {
         addCar(scene.world, besideRoad(lap_share, 4.5 + 0.6 * jitter));
         break;
       case 1:
-        i % 8 == 1 ? addTree(scene.world, besideRoad(lap_share, 6.5))
+        i % 8 == 1 ? addYardTree(scene.world, besideRoad(lap_share, 6.5))
                    : addPole(scene.world, besideRoad(lap_share, 6.0));
         break;
       default:
@@ -115,7 +108,7 @@ Scene makeYard(std::uint64_t seed) {
   constexpr int kInner = 6;
   for (int i = 0; i < kInner; ++i) {
     const Place at = besideRoad((i + 0.5) / kInner, -4.0);
-    i % 2 == 0 ? addTree(scene.world, at) : addPole(scene.world, at);
+    i % 2 == 0 ? addYardTree(scene.world, at) : addPole(scene.world, at);
   }
   return scene;
 }

@@ -13,13 +13,17 @@ using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 json toJson(const TruthObject& object) {
   const RowMat3 cov = object.belief.cov;
-  return {{"id", object.id},
-          {"label", object.label},
-          {"dynamic", object.dynamic},
-          {"points", static_cast<std::int64_t>(object.belief.kappa)},
-          {"frames", object.frames},
-          {"centroid", std::vector<double>(object.belief.mean.begin(), object.belief.mean.end())},
-          {"covariance", std::vector<double>(cov.data(), cov.data() + 9)}};
+  json entry = {{"id", object.id},
+                {"label", object.label},
+                {"dynamic", object.dynamic},
+                {"points", static_cast<std::int64_t>(object.belief.kappa)},
+                {"frames", object.frames},
+                {"centroid", std::vector<double>(object.belief.mean.begin(), object.belief.mean.end())},
+                {"covariance", std::vector<double>(cov.data(), cov.data() + 9)}};
+  if (object.gone) {
+    entry["gone"] = true;
+  }
+  return entry;
 }
 
 TruthObject fromJson(const json& entry) {
@@ -29,6 +33,7 @@ TruthObject fromJson(const json& entry) {
   object.id = entry.at("id").get<std::int64_t>();
   object.label = entry.at("label").get<ClassId>();
   object.dynamic = entry.at("dynamic").get<bool>();
+  object.gone = entry.value("gone", false);
   object.frames = entry.at("frames").get<std::int64_t>();
   object.belief.kappa = entry.at("points").get<double>();
   object.belief.mean = Vec3(centroid.data());
@@ -49,7 +54,7 @@ void TruthAccumulator::add(std::int64_t id, ClassId label, std::size_t frame, co
 std::vector<TruthObject> TruthAccumulator::objects() const {
   std::vector<TruthObject> objects;
   for (const auto& [id, entry] : entries_) {
-    objects.push_back({id, entry.label, false, entry.frames, entry.moments.belief()});
+    objects.push_back({.id = id, .label = entry.label, .frames = entry.frames, .belief = entry.moments.belief()});
   }
   return objects;
 }
@@ -91,6 +96,12 @@ std::string writeTruth(const std::vector<TruthObject>& objects, const std::vecto
   }
   const std::string objects_error = writeTruthObjects(objects, dir / "gt_objects.json");
   return objects_error.empty() ? writePoses(T_map_body, dir / "poses.txt") : objects_error;
+}
+
+std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir) {
+  std::string error = writeTruth(truth.objects, truth.T_map_body, dir);
+  error = error.empty() ? writeCloud(truth.cloud, dir / "cloud.ply") : error;
+  return error.empty() ? writeQueries(truth.queries, dir / "queries.jsonl") : error;
 }
 
 }  // namespace hgg

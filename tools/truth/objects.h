@@ -6,6 +6,8 @@
 
 #include "core/belief.h"
 #include "core/result.h"
+#include "truth/cloud.h"
+#include "truth/queries.h"
 
 namespace hgg {
 
@@ -15,8 +17,9 @@ struct TruthObject {
   std::int64_t id = 0;
   ClassId label = 0;
   bool dynamic = false;     // moved while it was seen: no single true position
+  bool gone = false;        // taken away before the end: a map may keep it or not
   std::int64_t frames = 0;  // frames with at least one of its points
-  Belief belief;
+  Belief belief = {};
 };
 
 /// Collects the points of each object over the frames.
@@ -37,13 +40,23 @@ class TruthAccumulator {
   std::map<std::int64_t, Entry> entries_;
 };
 
-/// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}.
+/// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
+/// "gone":true where that is so.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
 std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);
 
-/// Writes a truth directory (created when missing): gt_objects.json and poses.txt. Returns an error line, empty when
-/// done.
+/// What is true of a drive through a made-up world. Map frame = the first pose's.
+struct WorldTruth {
+  std::vector<TruthObject> objects;
+  std::vector<Pose> T_map_body;
+  std::vector<CloudPoint> cloud;
+  std::vector<TruthQuery> queries;
+};
+/// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply and queries.jsonl. Returns an
+/// error line, empty when done.
+std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir);
+/// The part a dataset has: gt_objects.json and poses.txt.
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
                        const std::filesystem::path& dir);
 

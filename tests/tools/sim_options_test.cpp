@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include "sim/options.h"
+#include "tools/scratch.h"
+#include "truth/poses.h"
+
+namespace hgg {
+namespace {
+
+SimArguments yard() {
+  SimArguments arguments;
+  arguments.world = "yard";
+  return arguments;
+}
+
+SimOptions optionsOf(const SimArguments& arguments) {
+  const auto options = simOptions(arguments, makeYard(1));
+  EXPECT_TRUE(options) << options.error;
+  return *options;
+}
+
+TEST(SimOptions, EverySensorThatIsListedIsMade) {
+  for (const SensorName& sensor : sensorNames()) {
+    SimArguments arguments = yard();
+    arguments.sensor = sensor.name;
+    const SensorSuite suite = optionsOf(arguments).sensors;
+    EXPECT_TRUE(suite.lidar || !suite.cameras.empty()) << sensor.name;
+    EXPECT_EQ(suite.cameras.size(), sensor.name == "rig" ? 3u : sensor.name == "rgbd" ? 1u : 0u);
+    EXPECT_TRUE(!sensor.name.starts_with("lidar") || suite.lidar->beams == std::stoi(sensor.name.substr(5)));
+  }
+}
+
+TEST(SimOptions, IndoorsALidarLooksUpAndNear) {
+  Scene indoor = makeYard(1);
+  indoor.label_space = "indoor";
+  const auto options = simOptions(yard(), indoor);
+  EXPECT_GT(options->sensors.lidar->elevation_max_deg, 20.0);
+  EXPECT_LT(options->sensors.lidar->errors.range_min, optionsOf(yard()).sensors.lidar->errors.range_min);
+}
+
+TEST(SimOptions, ARateOverridesItsPresetAlone) {
+  SimArguments arguments = yard();
+  arguments.labels = "poor";
+  arguments.missed = 0.0;
+  arguments.dropout = 0.3;
+  const SimOptions options = optionsOf(arguments);
+  EXPECT_EQ(options.cloud_labels.missed, 0.0);
+  EXPECT_EQ(options.image_labels.missed, 0.0);
+  EXPECT_EQ(options.cloud_labels.confused, labelPreset("poor", Segmented::kCloud)->confused);
+  EXPECT_EQ(options.sensors.lidar->errors.dropout, 0.3);
+}
+
+TEST(SimOptions, ARateOnPerfectLabelsHasAnExtent) {
+  SimArguments arguments = yard();
+  arguments.labels = "perfect";
+  arguments.bleed = 0.2, arguments.confusion = 0.1;
+  const LabelErrors errors = optionsOf(arguments).cloud_labels;
+  EXPECT_EQ(errors.bleed, 0.2);
+  EXPECT_GT(errors.bleed_deg, 0.0);
+  EXPECT_GT(errors.stretch_frames, 1);
+  EXPECT_EQ(errors.speckle, 0.0);
+}
+
+TEST(SimOptions, APathsOwnOdometryIsTakenUnlessAPresetIsGiven) {
+  const Scratch scratch;
+  std::vector<Pose> poses(30, Pose::Identity());
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    poses[i].translation().z() = static_cast<double>(i);  // camera: forward
+  ASSERT_EQ(writePoses(poses, scratch / "gt.txt"), "");
+  SimArguments arguments;
+  arguments.path = {(scratch / "gt.txt").string(), (scratch / "gt.txt").string()};
+  const auto scene = sceneOf(arguments);
+  ASSERT_TRUE(scene) << scene.error;
+  EXPECT_FALSE(simOptions(arguments, *scene)->odometry);
+  arguments.odometry_jumps = 1.0;
+  EXPECT_NE(simOptions(arguments, *scene).error.find("--odometry"), std::string::npos);
+  arguments.odometry = "poor";
+  EXPECT_EQ(simOptions(arguments, *scene)->odometry->scale, odometryPreset("poor")->scale);
+  EXPECT_EQ(simOptions(arguments, *scene)->odometry->jumps_per_100m, 1.0);
+}
+
+TEST(SimOptions, PathsThatDoNotMatchAreAnError) {
+  const Scratch scratch;
+  ASSERT_EQ(writePoses(std::vector<Pose>(3, Pose::Identity()), scratch / "gt.txt"), "");
+  ASSERT_EQ(writePoses(std::vector<Pose>(2, Pose::Identity()), scratch / "odometry.txt"), "");
+  SimArguments arguments;
+  arguments.path = {(scratch / "gt.txt").string(), (scratch / "odometry.txt").string()};
+  EXPECT_NE(sceneOf(arguments).error.find("same number of poses"), std::string::npos);
+  arguments.path[1] = (scratch / "missing.txt").string();
+  EXPECT_NE(sceneOf(arguments).error.find("missing.txt"), std::string::npos);
+}
+
+TEST(SimOptions, UnknownNamesAreErrorsThatSayWhereTheNamesAre) {
+  SimArguments arguments = yard();
+  arguments.world = "atlantis";
+  EXPECT_NE(sceneOf(arguments).error.find("--list"), std::string::npos);
+  arguments = yard();
+  arguments.sensor = "sonar";
+  EXPECT_NE(simOptions(arguments, makeYard(1)).error.find("--list"), std::string::npos);
+  arguments = yard();
+  arguments.labels = "excellent";
+  EXPECT_FALSE(simOptions(arguments, makeYard(1)));
+  arguments = yard();
+  arguments.odometry = "superb";
+  EXPECT_FALSE(simOptions(arguments, makeYard(1)));
+}
+
+}  // namespace
+}  // namespace hgg

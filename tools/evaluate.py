@@ -1,0 +1,780 @@
+#!/usr/bin/env python3
+"""Measures everything: simulates the worlds, maps them, holds the maps against the truth, writes docs/evaluation.md and .html.
+
+examples: tools/evaluate.py                      the whole matrix (hours; stops and goes on where it was)
+          tools/evaluate.py --quick              a small matrix, for CI (minutes)
+          tools/evaluate.py --only niw,retrieval  some tables, printed and not written to the document
+
+Results and logs are kept in --out under the hash of what made them (programs, arguments, config): a run that was interrupted
+goes on, a changed program is measured again. Standard library only.
+Exit codes: 0 done, 1 a run failed (the tables say which), 2 bad usage.
+"""
+import argparse
+import concurrent.futures
+import dataclasses
+import datetime
+import hashlib
+import json
+import math
+import os
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+REPO = Path(__file__).resolve().parent.parent
+INDOOR = {"apartment", "office", "hall"}
+ODOMETRY = ["true", "excellent", "good", "poor"]
+NOT_YET = "not yet"
+FAILED = "failed"
+
+
+# ---- what is run -----------------------------------------------------------------------------------------------------
+
+@dataclasses.dataclass(frozen=True)
+class Drive:
+    """One log: a world, what the robot carries, how well its odometry works."""
+    world: str
+    sensor: str
+    odometry: str
+    seed: int
+    frames: int = 0
+    busy: bool = False
+    path: tuple = ()  # true and odometry poses of a real drive, instead of a world
+
+    def arguments(self):
+        where = ["--path", *self.path] if self.path else [self.world, "--odometry", self.odometry]
+        return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
+                *(["--dynamics"] if self.busy else [])]
+
+    def name(self):
+        return f"{self.world} {self.sensor} {self.odometry} {'busy ' if self.busy else ''}seed {self.seed}"
+
+
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """A drive, mapped with some switches of the config set: (("ablation.symmetric_merge", "true"),)."""
+    drive: Drive
+    switches: tuple = ()
+
+
+def is_indoor(world):
+    return world in INDOOR
+
+
+def main_sensor(world):
+    return "rgbd" if is_indoor(world) else "lidar64"
+
+
+def radius_of(world):
+    return 0.5 if is_indoor(world) else 1.5
+
+
+def spacing_of(world):
+    return 0.05 if is_indoor(world) else 0.1
+
+
+def beam_spacing_of(sensor, world):
+    """Degrees between beams, which clustering has to bridge; None keeps the shipped value."""
+    indoor = {"lidar16": 2.0, "lidar64": 0.72, "rig": 0.72, "lidar128": 0.36, "solid": 0.26}
+    outdoor = {"lidar16": 2.0, "lidar128": 0.32, "solid": 0.26}
+    return (indoor if is_indoor(world) else outdoor).get(sensor)
+
+
+# ---- the workshop: programs, cache, commands ----------------------------------------------------------------------------
+
+def digest(*parts):
+    return hashlib.sha1("\0".join(parts).encode()).hexdigest()[:16]
+
+
+def hash_of(path):
+    return hashlib.sha1(Path(path).read_bytes()).hexdigest()
+
+
+def set_keys(toml, values):
+    """The TOML text with "section.key" -> value set; keys it does not have are appended in their section."""
+    section, left, lines = "", dict(values), []
+    for line in toml.splitlines():
+        if line.startswith("["):
+            section = line[1:line.index("]")] + "."
+        key = section + line.split("=")[0].strip() if "=" in line and not line.startswith("#") else None
+        lines.append(f"{line.split('=')[0].strip()} = {left.pop(key)}" if key in left else line)
+    for name, value in left.items():
+        part, _, key = name.rpartition(".")
+        lines += [f"[{part}]" if part else "", f"{key} = {value}"]
+    return "\n".join(lines) + "\n"
+
+
+class CommandFailed(Exception):
+    pass
+
+
+class Workshop:
+    """Runs programs and remembers what came out."""
+
+    def __init__(self, build, out, keep_gb, threads):
+        self.build, self.out, self.keep_bytes, self.threads = Path(build), Path(out), keep_gb * 1e9, threads
+        self.programs = {name: hash_of(self.build / name) for name in ("hgg-sim", "hggmap", "hgg-eval")}
+        self.config_keys = self._config_keys()
+        self.commands = {name for name in ("query", "align") if self._has_command(name)}
+        self.pinned = set()
+        self._lock = threading.Lock()
+
+    def _config_keys(self):
+        printed = subprocess.run([self.build / "hggmap", "run", "--print-config"], capture_output=True, text=True).stdout
+        keys, section = set(), ""
+        for line in printed.splitlines():
+            section = line[1:line.index("]")] + "." if line.startswith("[") else section
+            if " = " in line and not line.startswith("#"):
+                keys.add(section + line.split(" = ")[0])
+        return keys
+
+    def _has_command(self, name):
+        return subprocess.run([self.build / "hggmap", name, "--help"], capture_output=True).returncode == 0
+
+    def has_switches(self, switches):
+        return all(key in self.config_keys for key, _ in switches)
+
+    def call(self, program, *arguments, accept=(0,)):
+        command = [str(self.build / program), *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode not in accept:
+            reason = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
+            raise CommandFailed(f"{' '.join(command)}: {reason}")
+        return done.stdout
+
+    def drive_dir(self, drive):
+        return self.out / "drives" / digest(self.programs["hgg-sim"], *drive.arguments())
+
+    def simulate(self, drive):
+        """Makes log.lcm and truth/ where they are missing."""
+        where = self.drive_dir(drive)
+        if (where / "done").exists():
+            return where
+        shutil.rmtree(where, ignore_errors=True)
+        where.mkdir(parents=True)
+        self.call("hgg-sim", *drive.arguments(), "-o", where / "log.lcm", "--truth", where / "truth", "--threads", self.threads)
+        (where / "done").write_text(" ".join(drive.arguments()) + "\n")
+        return where
+
+    def release(self, drive):
+        """Drops the log when the cache has grown too large; the results stay."""
+        with self._lock:
+            size = sum(f.stat().st_size for f in (self.out / "drives").rglob("log.lcm"))
+            if size > self.keep_bytes and drive not in self.pinned:
+                shutil.rmtree(self.drive_dir(drive), ignore_errors=True)
+
+    def config(self, run):
+        space = "indoor" if is_indoor(run.drive.world) else "semantickitti"
+        folder = REPO / "firmware_cfg" / space
+        values = {"classes": json.dumps(str(folder / "classes.toml")), **dict(run.switches)}
+        beams = beam_spacing_of(run.drive.sensor, run.drive.world)
+        if beams is not None:
+            values["creation.beam_spacing_deg"] = str(beams)
+        return set_keys((folder / "hggmap.toml").read_text(), values)
+
+    def run_dir(self, run):
+        classes = hash_of(REPO / "firmware_cfg" / ("indoor" if is_indoor(run.drive.world) else "semantickitti") / "classes.toml")
+        return self.out / "runs" / digest(self.drive_dir(run.drive).name, self.programs["hggmap"], self.programs["hgg-eval"],
+                                          self.config(run), classes)
+
+    def evaluate(self, run):
+        """The figures of a run, from the cache or by making them. The map stays beside them."""
+        where = self.run_dir(run)
+        result = where / "result.json"
+        if result.exists():
+            return json.loads(result.read_text())
+        drive = self.simulate(run.drive)
+        shutil.rmtree(where, ignore_errors=True)
+        where.mkdir(parents=True)
+        (where / "config.toml").write_text(self.config(run))
+        self.call("hggmap", "replay", drive / "log.lcm", "--config", where / "config.toml", "--out", where)
+        answers = self._answers(where, drive)
+        scores = self.call("hgg-eval", "--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory",
+                           where / "trajectory.tum", "--log", drive / "log.lcm", "--radius", radius_of(run.drive.world),
+                           "--spacing", spacing_of(run.drive.world), "--html", where / "report.html", "--title",
+                           run.drive.name(), "--json", *answers)
+        figures = compact(json.loads(scores))
+        save(result, figures)
+        return figures
+
+    def _answers(self, where, drive):
+        queries = drive / "truth" / "queries.jsonl"
+        if not queries.exists() or "query" not in self.commands:
+            return []
+        text = self.call("hggmap", "query", where / "map.hgg", "--batch", queries, accept=(0, 1))
+        (where / "answers.jsonl").write_text(text)
+        return ["--answers", where / "answers.jsonl"]
+
+    def time(self, run):
+        """stats.json of a replay that had the machine to itself."""
+        where = self.run_dir(run)
+        result = where / "alone.json"
+        if not result.exists():
+            drive = self.simulate(run.drive)
+            self.call("hggmap", "replay", drive / "log.lcm", "--config", where / "config.toml", "--out", where / "alone")
+            save(result, json.loads((where / "alone" / "stats.json").read_text()))
+        return json.loads(result.read_text())
+
+    def align(self, run_a, run_b):
+        """The answer of hggmap align, cached beside map b."""
+        a, b = self.run_dir(run_a), self.run_dir(run_b)
+        result = b / f"align_{a.name}.json"
+        if not result.exists():
+            save(result, json.loads(self.call("hggmap", "align", a / "map.hgg", b / "map.hgg", "--json", accept=(0, 1))))
+        return json.loads(result.read_text())
+
+
+def save(path, data):
+    """Whole or not at all, so that an interrupted run leaves nothing half."""
+    part = path.with_suffix(".part")
+    part.write_text(json.dumps(data))
+    part.rename(path)
+
+
+def compact(scores):
+    """hgg-eval's answer without its lists of objects."""
+    for score in [scores["overall"], *scores["classes"]]:
+        score["missed"], score["ghosts"] = len(score["missed"]), len(score["ghosts"])
+        del score["matches"]
+    return scores
+
+
+class Progress:
+    """A bar on a terminal, a line a step elsewhere."""
+
+    def __init__(self, total):
+        self.total, self.done, self.start = total, 0, time.monotonic()
+        self._lock = threading.Lock()
+
+    def step(self, text):
+        with self._lock:
+            self.done += 1
+            left = (time.monotonic() - self.start) / self.done * (self.total - self.done)
+            bar = "#" * (24 * self.done // self.total)
+            line = f"[{bar:.<24}] {self.done}/{self.total} {text}, {left / 60:.0f} min left"
+            end = "" if sys.stderr.isatty() and self.done < self.total else "\n"
+            print(("\r\x1b[K" if sys.stderr.isatty() else "") + line, end=end, file=sys.stderr, flush=True)
+
+
+def run_all(workshop, runs, jobs):
+    """Figures by run. Runs that share a drive share its log; {"error": text} where something failed."""
+    by_drive = {}
+    for run in dict.fromkeys(runs):
+        by_drive.setdefault(run.drive, []).append(run)
+    progress, figures = Progress(sum(map(len, by_drive.values()))), {}
+
+    def work(drive):
+        for run in by_drive[drive]:
+            try:
+                figures[run] = workshop.evaluate(run)
+            except (CommandFailed, OSError, ValueError) as error:
+                figures[run] = {"error": str(error)}
+            progress.step(drive.name() + "".join(f" {key}={value}" for key, value in run.switches))
+        workshop.release(drive)
+
+    drives = sorted(by_drive, key=lambda d: d not in workshop.pinned)
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        list(pool.map(work, drives))
+    return figures
+
+
+# ---- figures to text -----------------------------------------------------------------------------------------------------
+
+def dig(figures, path):
+    """A number inside the figures; None where it is missing."""
+    for key in path.split("."):
+        figures = figures.get(key) if isinstance(figures, dict) else None
+    return figures if isinstance(figures, (int, float)) else None
+
+
+def spread(values, digits=2):
+    """Mean and sample deviation: "0.91 ± 0.02"."""
+    values = [v for v in values if v is not None]
+    if not values:
+        return "–"
+    mean = statistics.fmean(values)
+    text = f"{mean:.{digits}f}" if abs(mean) < 1e4 else f"{mean:.2e}"
+    if len(values) < 2:
+        return text
+    deviation = statistics.stdev(values)
+    return f"{text} ± {deviation:.{digits}f}" if abs(mean) < 1e4 else f"{text} ± {deviation:.0e}"
+
+
+def cells(results, columns):
+    """A cell per (path, digits) column over the seeds' figures; path None: a column no stage fills yet."""
+    if not results:
+        return ["not run"] * len(columns)
+    if any("error" in r for r in results):
+        return [FAILED] * len(columns)
+    return [spread([dig(r, path) for r in results], digits) if any(dig(r, path) is not None for r in results) else NOT_YET
+            for path, digits in columns]
+
+
+@dataclasses.dataclass
+class Table:
+    name: str
+    title: str
+    text: str
+    header: list
+    rows: list
+    left: int = 1  # columns of words
+
+    def markdown(self):
+        rule = ["---"] * self.left + ["---:"] * (len(self.header) - self.left)
+        return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in [self.header, rule, *self.rows])
+
+
+OBJECT_COLUMNS = [("overall.truth", 0), ("overall.position_error.mean", 2), ("overall.recall", 2), ("overall.precision", 2),
+                  ("overall.f1", 2), ("overall.extent_error.mean", 2), ("overall.calibration.mean_over_3", 0),
+                  ("overall.calibration.inside_90", 2)]
+OBJECT_HEADER = ["objects", "position, m", "recall", "precision", "F1", "extent, m", "NEES / 3", "inside 90 %"]
+
+
+class Matrix:
+    """Which runs each table needs, and the table once they are there."""
+
+    def __init__(self, workshop, args):
+        self.workshop, self.args, self.figures, self.timing = workshop, args, {}, {}
+
+    # What to run: a method a table, all from these.
+
+    def drives(self, world, sensor, odometry, busy=False):
+        return [Drive(world, sensor, odometry, seed, self.args.frames, busy) for seed in self.args.seeds]
+
+    def runs(self, world, sensor=None, odometry="good", switches=(), busy=False):
+        return [Run(drive, switches) for drive in self.drives(world, sensor or main_sensor(world), odometry, busy)]
+
+    def results(self, runs):
+        return [self.figures[run] for run in runs if run in self.figures]
+
+    def object_runs(self):
+        return [run for world in self.args.worlds for odometry in self.args.odometry
+                for run in self.runs(world, None, odometry)]
+
+    def sensors_of(self, world):
+        fit = [s for s in self.args.sensors if s != "rgbd" or is_indoor(world)]
+        return fit if self.args.full or self.args.quick else [s for s in fit if s not in ("lidar16", "lidar128") or not is_indoor(world)]
+
+    def sensor_odometry(self):
+        return self.args.odometry if self.args.full else [o for o in self.args.odometry if o == "good"] or self.args.odometry[:1]
+
+    def sensor_runs(self):
+        return [run for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()
+                for run in self.runs(world, sensor, odometry)]
+
+    def busy_runs(self):
+        return [run for world in self.args.worlds for run in self.runs(world, busy=True)]
+
+    NIW = [("evidence (NIW)", ()), ("symmetric average", (("ablation.symmetric_merge", "true"),)),
+           ("symmetric average, uniform weights", (("ablation.symmetric_merge", "true"), ("ablation.uniform_weights", "true")))]
+
+    def niw_odometry(self):
+        return [o for o in ("true", "good") if o in self.args.odometry]
+
+    def niw_runs(self):
+        return [run for world in self.args.worlds for odometry in self.niw_odometry() for _, switches in self.NIW
+                if self.workshop.has_switches(switches) for run in self.runs(world, None, odometry, switches)]
+
+    CORRECTION = [(em, loops, (("correction.em", str(em).lower()), ("correction.loop_closure", str(loops).lower())))
+                  for em, loops in ((False, False), (True, False), (False, True), (True, True))]
+
+    def correction_switches(self, em, loops, switches):
+        """None where a stage is missing; today's mapper is the row without both."""
+        return switches if self.workshop.has_switches(switches) else None if em or loops else ()
+
+    def correction_odometry(self):
+        return "poor" if "poor" in self.args.odometry else self.args.odometry[-1]
+
+    def correction_runs(self):
+        return [run for world in self.args.worlds for row in self.CORRECTION if self.correction_switches(*row) is not None
+                for run in self.runs(world, None, self.correction_odometry(), self.correction_switches(*row))]
+
+    def path_runs(self):
+        folder = self.args.data / "kitti_trajectories"
+        if self.args.quick or not folder.is_dir():
+            return []
+        files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in ("05", "07")]
+        return [Run(Drive(f"along KITTI {n}", "lidar64", "real front-end", seed, self.args.frames, False, (gt, odometry)))
+                for n, gt, odometry in files for seed in self.args.seeds]
+
+    def timing_runs(self):
+        return [self.runs(world)[0] for world in self.args.worlds]
+
+    # The tables.
+
+    def objects(self):
+        rows = [[world, main_sensor(world), odometry, *cells(self.results(self.runs(world, None, odometry)), OBJECT_COLUMNS)]
+                for world in self.args.worlds for odometry in self.args.odometry]
+        return Table("objects", "Objects, by world and odometry", f"""
+Things of the same class within {radius_of('street')} m (outdoors) or {radius_of('office')} m (indoors), closest pairs first. The map is laid over the truth by its trajectory
+before matching. Extent: 2-Wasserstein distance to the true Gaussian. NEES / 3: mean normalised squared position error over
+its degrees of freedom, 1 for an honest belief, larger for one that trusts itself too much; the 90 % region should hold 0.9.""",
+                     ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
+
+    def sensors(self):
+        rows = [[world, sensor, odometry, *cells(self.results(self.runs(world, sensor, odometry)), OBJECT_COLUMNS)]
+                for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()]
+        return Table("sensors", "Objects, by sensor", """
+The same worlds through other eyes. The config is the one shipped for the label set; only the angle between beams is the
+sensor's. `rig` labels the LiDAR's points through three cameras.""", ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
+
+    def busy(self):
+        rows = [[world, main_sensor(world), *cells(self.results(self.runs(world, busy=True)), OBJECT_COLUMNS)]
+                for world in self.args.worlds]
+        return Table("busy", "Objects, while the world moves", """
+People and cars move, and objects are moved or taken away between laps (`hgg-sim --dynamics`). True objects that move do not
+count; what the map makes of them does, as ghosts.""", ["world", "sensor", *OBJECT_HEADER], rows, 2)
+
+    def trajectory(self):
+        columns = [("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), ("odometry.relative.translation_m_per_100m", 2),
+                   ("trajectory.relative.translation_m_per_100m", 2), ("odometry.relative.rotation_deg_per_100m", 2),
+                   ("trajectory.relative.rotation_deg_per_100m", 2)]
+        runs = {(world, odometry): self.runs(world, None, odometry) for world in self.args.worlds for odometry in self.args.odometry
+                if odometry != "true"}
+        for run in self.path_runs():
+            runs.setdefault((run.drive.world, run.drive.odometry), []).append(run)
+        rows = [[*key, *cells(self.results(r), columns)] for key, r in runs.items()]
+        return Table("trajectory", "Trajectory", """
+ATE: RMSE of positions after the best rigid fit. Drift: error of the motion over stretches of 100 m of true path (half the path
+where it is shorter than 200 m), per 100 m. Left: the odometry that was fed in; right: what the mapper made of it.""",
+                     ["world", "odometry", "ATE in, m", "ATE out, m", "drift in, m/100 m", "drift out", "turn in, deg/100 m", "turn out"], rows, 2)
+
+    def geometry(self):
+        columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("geometry.completeness", 3)]
+        rows = [[world, main_sensor(world), odometry, *cells(self.results(self.runs(world, None, odometry)), columns)]
+                for world in self.args.worlds for odometry in self.args.odometry]
+        return Table("geometry", "Geometry", """
+Points of all leaves, stuff included, against the reference cloud: the reference is cropped to 3 m around the estimate, the two
+are aligned (ICP), vegetation is left out. Map accuracy: mean distance from the estimate to the reference; completeness: the
+other way; Chamfer: mean of the two. Distances to a cloud of points do not go to zero: about half the points' spacing is the
+best there is (0.1 m outdoors, 0.05 m indoors).""",
+                     ["world", "sensor", "odometry", "Chamfer, m", "map accuracy, m", "completeness, m"], rows, 3)
+
+    def niw(self):
+        columns = OBJECT_COLUMNS[1:]
+        rows = []
+        for world in self.args.worlds:
+            for odometry in self.niw_odometry():
+                for name, switches in self.NIW:
+                    ready = self.workshop.has_switches(switches)
+                    rows.append([world, odometry, name, *(cells(self.results(self.runs(world, None, odometry, switches)), columns)
+                                                          if ready else [NOT_YET] * len(columns))])
+        return Table("niw", "What the evidence is worth", """
+The paper's NIW ablation: beliefs merge half and half, whatever was seen of each (`[ablation] symmetric_merge`), and factors
+of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEADER[1:]], rows, 3)
+
+    def correction(self):
+        columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("overall.f1", 2), ("trajectory.ate_rmse", 2)]
+        rows = []
+        for world in self.args.worlds:
+            for em, loops, switches in self.CORRECTION:
+                used = self.correction_switches(em, loops, switches)
+                mark = ["yes" if em else "", "yes" if loops else ""]
+                rows.append([world, *mark, *([NOT_YET] * 4 if used is None else
+                                             cells(self.results(self.runs(world, None, self.correction_odometry(), used)), columns))])
+        return Table("correction", "What correction is worth", f"""
+EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry.""",
+                     ["world", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE, m"], rows, 3)
+
+    def alignment(self):
+        header = ["maps", "pairs", "accepted", "right", "position, m", "turn, deg", "ms"]
+        kinds = ["same place, two drives", "different places"]
+        if "align" not in self.workshop.commands:
+            rows = [[kind, *[NOT_YET] * 6] for kind in kinds]
+        else:
+            rows = [[kind, *self.align_cells(pairs)] for kind, pairs in zip(kinds, self.align_pairs())]
+        return Table("alignment", "Alignment of two maps", """
+`hggmap align` without an initial guess. Same place: the maps of one world from two odometry qualities; right means accepted
+and within 0.5 m and 5 degrees of the true transform. Different places: accepting is wrong.""", header, rows)
+
+    def align_pairs(self):
+        """(pairs of the same place, pairs of different places), each (run a, run b)."""
+        first, second = (self.args.odometry * 2)[0], self.args.odometry[-1]
+        same = [(a, b) for world in self.args.worlds for a, b in zip(self.runs(world, None, first), self.runs(world, None, second))]
+        others = [(v, w) for v in self.args.worlds for w in self.args.worlds if v < w and is_indoor(v) == is_indoor(w)]
+        different = [(a, b) for v, w in others for a, b in zip(self.runs(v, None, first), self.runs(w, None, first))]
+        return same, different
+
+    def align_cells(self, pairs):
+        answers = []
+        for a, b in pairs:
+            if "error" in self.figures.get(a, {"error": ""}) or "error" in self.figures.get(b, {"error": ""}):
+                continue
+            answer = self.workshop.align(a, b)
+            answers.append((answer, *align_error(answer, self.figures[a], self.figures[b])))
+        accepted = [x for x in answers if x[0]["accepted"]]
+        right = [x for x in accepted if x[1] <= 0.5 and x[2] <= 5]
+        return [len(answers), len(accepted), len(right), spread([x[1] for x in right]), spread([x[2] for x in right]),
+                spread([x[0].get("ms") for x in answers], 1)]
+
+    def retrieval(self):
+        columns = [("retrieval.queries", 0), ("retrieval.mapped", 0), ("retrieval.r1", 2), ("retrieval.r2", 2), ("retrieval.r3", 2)]
+        rows = [[world, odometry, *cells(self.results(self.runs(world, None, odometry)), columns)]
+                for world in self.args.worlds for odometry in self.niw_odometry() or self.args.odometry[:1]]
+        return Table("retrieval", "Finding objects by their description", """
+The world's own queries, each with exactly one right answer. An answer counts when the node matched to that object is among the
+first one, two, three; a target the map does not hold counts as missed.""",
+                     ["world", "odometry", "queries", "in the map", "R@1", "R@2", "R@3"], rows, 2)
+
+    def cost(self):
+        rows = []
+        for run in self.timing_runs():
+            stats = self.timing.get(run)
+            if not stats:
+                rows.append([run.drive.world, run.drive.sensor, *["not run"] * 8])
+                continue
+            ms = [stats["stage_ms"].get(stage, {}).get("p50") for stage in ("creation", "alignment", "correction")]
+            rows.append([run.drive.world, run.drive.sensor, stats["frames"], f"{stats['frame_ms']['p50']:.1f}", f"{stats['frame_ms']['p99']:.1f}",
+                         *(NOT_YET if x is None else f"{x:.1f}" for x in ms), *memory_cells(stats)])
+        return Table("cost", "Time and memory", """
+One replay at a time with nothing else running; all work of a frame, decode included. Map: the graph itself after half and
+after all of the frames; process: resident, everything included.""",
+                     ["world", "sensor", "frames", "frame p50, ms", "p99", "creation", "alignment", "correction", "map MB, half", "map MB, all", "process MB"],
+                     rows, 2)
+
+    def real(self):
+        rows = real_rows(self.workshop, self.args.data) if self.args.data.is_dir() and not self.args.quick else []
+        return Table("real", "Real LiDAR", """
+108 Velodyne frames (KITTI raw drive 0001), labelled by rules, against the 12 annotated parked cars, radius 1.5 m; the commands
+are those of `tests/kitti_test.sh`. The data is not part of the repository; without it this table is empty.""",
+                     ["odometry", "cars", "position, m", "recall", "precision", "F1", "ATE, m", "frame p50, ms", "p99"], rows)
+
+    def needed(self, name):
+        return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
+                "sensors": self.sensor_runs, "busy": self.busy_runs, "niw": self.niw_runs, "correction": self.correction_runs,
+                "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
+                "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
+
+
+TABLES = ["objects", "sensors", "busy", "trajectory", "geometry", "niw", "correction", "alignment", "retrieval", "cost", "real"]
+
+
+def memory_cells(stats):
+    curve = stats.get("memory") or []
+    half = curve[len(curve) // 2]["map_mb"] if curve else None
+    return [spread([half]), spread([stats.get("map_mb")]), spread([stats.get("peak_rss_mb")], 0)]
+
+
+def pose(rows):
+    """3x4 rows -> (rotation rows, translation)."""
+    return [rows[0:3], rows[4:7], rows[8:11]], [rows[3], rows[7], rows[11]]
+
+
+def align_error(answer, figures_a, figures_b):
+    """Metres and degrees between the answer and the truth, T_a_b = T_truth_a^-1 T_truth_b."""
+    (Ra, ta), (Rb, tb), (R, t) = (pose(rows) for rows in (figures_a["trajectory"]["T_truth_map"], figures_b["trajectory"]["T_truth_map"], answer["T_a_b"]))
+    turned = lambda M, v: [sum(M[k][i] * v[k] for k in range(3)) for i in range(3)]  # M^T v
+    t_true = turned(Ra, [tb[i] - ta[i] for i in range(3)])
+    R_true = [[sum(Ra[k][i] * Rb[k][j] for k in range(3)) for j in range(3)] for i in range(3)]
+    trace = sum(R_true[k][i] * R[k][i] for i in range(3) for k in range(3))
+    return math.dist(t_true, t), math.degrees(math.acos(max(-1.0, min(1.0, (trace - 1) / 2))))
+
+
+def real_rows(workshop, data):
+    """KITTI raw drive 0001 with true poses and with a real front-end's odometry."""
+    if not (data / "kitti_0001").is_dir():
+        return []
+    where = workshop.out / "real" / digest(workshop.programs["hggmap"], workshop.programs["hgg-eval"], hash_of(workshop.build / "hgg-convert"))
+    if not (where / "result.json").exists():
+        try:
+            save_real(workshop, data, where)
+        except CommandFailed as error:
+            print(error, file=sys.stderr)
+            return [["true poses", *[FAILED] * 8]]
+    rows = []
+    for name, figures in json.loads((where / "result.json").read_text()).items():
+        columns = [("overall.truth", 0), ("overall.position_error.mean", 3), ("overall.recall", 2), ("overall.precision", 2), ("overall.f1", 2),
+                   ("trajectory.ate_rmse", 2), ("cost.frame_ms.p50", 1), ("cost.frame_ms.p99", 1)]
+        rows.append([name, *cells([figures], columns)])
+    return rows
+
+
+def save_real(workshop, data, where):
+    shutil.rmtree(where, ignore_errors=True)
+    where.mkdir(parents=True)
+    subprocess.run([sys.executable, data / "unpack.py", data / "kitti_0001", where / "kitti"], check=True, stdout=subprocess.DEVNULL)
+    workshop.call("hgg-convert", "kitti-truth", where / "kitti", "-o", where / "truth", "--boxes", data / "kitti_0001" / "boxes.csv")
+    config, figures = REPO / "firmware_cfg" / "semantickitti" / "hggmap.toml", {}
+    for name, poses in (("true poses", "poses.txt"), ("a real front-end's", "odometry.txt")):
+        log, out = where / f"{poses}.lcm", where / poses.replace(".txt", "")
+        workshop.call("hgg-convert", "semantickitti", where / "kitti", "-o", log, "--poses", where / "kitti" / poses)
+        workshop.call("hggmap", "replay", log, "--config", config, "--out", out)
+        figures[name] = compact(json.loads(workshop.call(
+            "hgg-eval", "--map", out / "map.hgg", "--truth", where / "truth", "--class", "car", "--radius", "1.5", "--trajectory",
+            out / "trajectory.tum", "--times", where / "kitti" / "times.txt", "--log", log, "--json")))
+        log.unlink()
+    shutil.rmtree(where / "kitti")
+    save(where / "result.json", figures)
+
+
+# ---- the document ----------------------------------------------------------------------------------------------------------
+
+DOCUMENT = """# Evaluation
+
+<!-- Written by tools/evaluate.py; change the text there. -->
+
+What the mapper does in worlds whose truth is known, measured by one command. The same figures to look at: [evaluation.html](evaluation.html).
+
+    {command}
+
+| | |
+|---|---|
+| commit | {commit} |
+| machine | {machine} |
+| date | {date} |
+| seeds | {seeds}; figures are mean ± sample deviation over them |
+| frames | {frames} |
+
+A seed changes where objects stand, what the sensors get wrong and how odometry drifts. Labels are those of a good segmenter
+(`hgg-sim --labels good`: speckle, bleeding borders, confused and missed objects), except in the real data. "{not_yet}": the
+stage that would fill the figure does not exist yet. One run by hand, which every figure here is a mean of:
+
+    hgg-sim street -o street.lcm --truth street_truth --sensor lidar64 --odometry good --seed 1
+    hggmap replay street.lcm --config firmware_cfg/semantickitti/hggmap.toml --out out/street
+    hgg-eval --map out/street/map.hgg --truth street_truth --trajectory out/street/trajectory.tum --log street.lcm --html report.html
+
+`hgg-eval --help` says how it scores; [method.md](method.md) says what is measured.
+
+{tables}
+"""
+
+
+def section(table, info):
+    return (f"## {table.title}\n\n{table.text.strip()}\n\n{table.markdown() if table.rows else 'Nothing was run for this table.'}\n\n"
+            f"`{info['script']} --only {table.name}` · {info['commit']} · {info['machine']}\n")
+
+
+def git(*arguments):
+    done = subprocess.run(["git", "-C", REPO, *arguments], capture_output=True, text=True)
+    return done.stdout.strip() if done.returncode == 0 else ""
+
+
+def commit():
+    head = git("rev-parse", "--short=10", "HEAD")
+    return (head or "unknown") + (" with uncommitted changes" if git("status", "--porcelain", "--untracked-files=no") else "")
+
+
+def machine():
+    model, memory = platform.processor() or platform.machine(), 0
+    if Path("/proc/cpuinfo").exists():
+        names = re.findall(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+        model = names[0] if names else model
+        memory = int(re.search(r"MemTotal:\s*(\d+)", Path("/proc/meminfo").read_text()).group(1)) / 2**20
+    return f"{' '.join(model.split())}, {os.cpu_count()} cores, {memory:.0f} GB"
+
+
+def charts(matrix):
+    """What the page draws: a value per seed for every world and odometry, and a curve per world."""
+    measures = {"F1": "overall.f1", "position error, m": "overall.position_error.mean", "ATE, m": "trajectory.ate_rmse", "Chamfer, m": "geometry.chamfer"}
+    groups = [{"world": world, "odometry": odometry,
+               **{name: [v for v in (dig(r, path) for r in matrix.results(matrix.runs(world, None, odometry))) if v is not None]
+                  for name, path in measures.items()}}
+              for world in matrix.args.worlds for odometry in matrix.args.odometry]
+    curves = [{"world": run.drive.world, "memory": [[m["frame"], m["map_mb"]] for m in stats.get("memory", [])],
+               "time": [[t["frame"], t["mean_ms"]] for t in stats.get("time", [])]} for run, stats in matrix.timing.items()]
+    return {"measures": list(measures), "groups": groups, "odometry": matrix.args.odometry, "worlds": matrix.args.worlds, "curves": curves}
+
+
+def page(tables, info, drawings):
+    parts = REPO / "tools" / "eval" / "page"
+    data = {**info, "tables": [dataclasses.asdict(t) for t in tables], "charts": drawings}
+    script = (parts / "charts.js").read_text() + (parts / "matrix.js").read_text()
+    text = (parts / "run.html").read_text()
+    for mark, content in (("/*STYLE*/", (parts / "style.css").read_text()), ("/*SCRIPT*/", script),
+                          ("/*DATA*/", json.dumps(data).replace("<", "\\u003c"))):
+        text = text.replace(mark, content, 1)
+    return text
+
+
+# ---- the command -----------------------------------------------------------------------------------------------------------
+
+def listed(workshop_build):
+    """Worlds and sensors of hgg-sim --list."""
+    text = subprocess.run([workshop_build / "hgg-sim", "--list"], capture_output=True, text=True).stdout
+    found, part = {"worlds": [], "sensors": []}, None
+    for line in text.splitlines():
+        if line.endswith(":"):
+            part = line[:-1]
+        elif part in found and line.strip():
+            found[part].append(line.split()[0])
+    return found["worlds"], found["sensors"]
+
+
+def parse(argv):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    words = lambda text: [w for w in text.split(",") if w]
+    parser.add_argument("--build", type=Path, default=REPO / "build", help="folder of the programs")
+    parser.add_argument("--out", type=Path, default=REPO / "out" / "evaluation", help="folder of logs, maps and results")
+    parser.add_argument("--data", type=Path, default=Path(os.environ.get("HGG_DATA", REPO.parent / "shared" / "data")), help="folder of the real data")
+    parser.add_argument("--worlds", type=words, help="default: all but the toy")
+    parser.add_argument("--sensors", type=words, help="default: all")
+    parser.add_argument("--odometry", type=words, default=ODOMETRY)
+    parser.add_argument("--seeds", type=lambda text: [int(s) for s in words(text)], default=None, help="default: 1,2,3")
+    parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour")
+    parser.add_argument("--only", type=words, default=None, help="tables to make: " + ",".join(TABLES))
+    parser.add_argument("--full", action="store_true", help="every sensor with every odometry")
+    parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
+    parser.add_argument("--keep-gb", type=float, default=20, help="logs beyond this are dropped once they are used")
+    parser.add_argument("--doc", type=Path, help="default: docs/evaluation.md; with --quick OUT/evaluation.md")
+    args = parser.parse_args(argv)
+    worlds, sensors = listed(args.build) if (args.build / "hgg-sim").exists() else ([], [])
+    if not worlds:
+        parser.error(f"no hgg-sim in {args.build}: run make build, or name the folder with --build")
+    quick = args.quick
+    args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w != "yard"])
+    args.sensors = args.sensors or (["lidar16", "rgbd"] if quick else sensors)
+    args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]
+    args.seeds = args.seeds or ([1, 2] if quick else [1, 2, 3])
+    args.frames = args.frames if args.frames is not None else 60 if quick else 0
+    args.doc = args.doc or (args.out / "evaluation.md" if quick else REPO / "docs" / "evaluation.md")
+    for given, known, what in ((args.worlds, worlds, "world"), (args.sensors, sensors, "sensor"), (args.odometry, ODOMETRY, "odometry"),
+                               (args.only or [], TABLES, "table")):
+        for name in given:
+            if name not in known:
+                parser.error(f"there is no {what} {name!r}: {', '.join(known)}")
+    return args
+
+
+def describe(args, argv):
+    shown = [a if " " not in a else repr(a) for a in argv]
+    frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive"
+    options = [a for i, a in enumerate(shown) if a != "--only" and (i == 0 or shown[i - 1] != "--only") and not a.startswith("--only=")]
+    return {"command": " ".join(["tools/evaluate.py", *shown]), "script": " ".join(["tools/evaluate.py", *options]), "commit": commit(),
+            "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}
+
+
+def main(argv):
+    args = parse(argv)
+    args.out.mkdir(parents=True, exist_ok=True)
+    info, jobs = describe(args, argv), max(1, args.jobs)
+    workshop = Workshop(args.build, args.out, args.keep_gb, max(1, (os.cpu_count() or 1) // jobs))
+    matrix, names = Matrix(workshop, args), args.only or TABLES
+    workshop.pinned = {run.drive for run in matrix.timing_runs()} if "cost" in names else set()
+    runs = [run for name in names for run in matrix.needed(name)]
+    matrix.figures = run_all(workshop, runs, jobs)
+    if "cost" in names:
+        print("timing, one at a time", file=sys.stderr)
+        matrix.timing = {run: workshop.time(run) for run in matrix.timing_runs() if "error" not in matrix.figures[run]}
+    tables = [getattr(matrix, name)() for name in names]
+    for table in tables:
+        print(section(table, info))
+    if args.only is None:
+        args.doc.parent.mkdir(parents=True, exist_ok=True)
+        args.doc.write_text(DOCUMENT.format(tables="\n".join(section(t, info) for t in tables), not_yet=NOT_YET, **info))
+        args.doc.with_suffix(".html").write_text(page(tables, info, charts(matrix)))
+        print(f"written: {args.doc} and {args.doc.with_suffix('.html')}; a report of every run is in {args.out / 'runs'}")
+    errors = sorted({figures["error"] for figures in matrix.figures.values() if "error" in figures})
+    for error in errors:
+        print(f"evaluate.py: failed: {error}", file=sys.stderr)
+    return 1 if errors else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

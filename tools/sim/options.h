@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/simulate.h"
+
+namespace hgg {
+
+/// What a user asks of hgg-sim, in words.
+struct SimArguments {
+  std::string world;               // a name of sceneNames(), or empty and:
+  std::vector<std::string> path;   // files of true and odometry poses (KITTI, camera frame)
+  double dynamics = 0;             // 0..1
+  std::string sensor = "lidar64";  // of sensorNames()
+  int cameras = 3;                 // of a rig
+  std::string labels = "good";     // of labelPreset()
+  std::optional<double> speckle, unknown, bleed, confusion, missed;  // override the preset
+  std::optional<double> range_noise, dropout;                        // override the sensor's
+  std::optional<std::string> odometry;  // of odometryPreset(); default: the path's own, else good
+  double odometry_dropout = 0, odometry_jumps = 0;
+  bool gait = false;
+  SimOptions options;  // the rest; completed by simOptions()
+};
+
+/// Names and what they stand for.
+struct SensorName {
+  std::string name, description;
+};
+std::vector<SensorName> sensorNames();
+
+/// Errors name the argument and what it may be.
+Result<Scene> sceneOf(const SimArguments& arguments);
+Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene);
+
+}  // namespace hgg
