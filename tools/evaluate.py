@@ -30,6 +30,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 INDOOR = {"apartment", "office", "hall"}
 ODOMETRY = ["true", "excellent", "good", "poor"]
+SENSOR_FRAMES = 300
 NOT_YET = "not yet"
 FAILED = "failed"
 
@@ -38,29 +39,35 @@ FAILED = "failed"
 
 @dataclasses.dataclass(frozen=True)
 class Drive:
-    """One log: a world, what the robot carries, how well its odometry works."""
+    """One log: a world and what the robot carries. It holds odometry of every quality."""
     world: str
     sensor: str
-    odometry: str
     seed: int
     frames: int = 0
     busy: bool = False
     path: tuple = ()  # true and odometry poses of a real drive, instead of a world
 
     def arguments(self):
-        where = ["--path", *self.path] if self.path else [self.world, "--odometry", self.odometry]
+        where = ["--path", *self.path] if self.path else [self.world]
         return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
                 *(["--dynamics"] if self.busy else [])]
 
     def name(self):
-        return f"{self.world} {self.sensor} {self.odometry} {'busy ' if self.busy else ''}seed {self.seed}"
+        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}seed {self.seed}"
 
 
 @dataclasses.dataclass(frozen=True)
 class Run:
-    """A drive, mapped with some switches of the config set: (("ablation.symmetric_merge", "true"),)."""
+    """A drive, mapped with odometry of some quality and some switches of the config: (("ablation.symmetric_merge", "true"),)."""
     drive: Drive
+    odometry: str
     switches: tuple = ()
+
+    def channel(self):
+        return "POSE_ODOM" if self.drive.path else f"POSE_ODOM_{self.odometry.upper()}"
+
+    def name(self):
+        return f"{self.drive.name()} {self.odometry} odometry" + "".join(f" {key}={value}" for key, value in self.switches)
 
 
 def is_indoor(world):
@@ -172,7 +179,8 @@ class Workshop:
     def config(self, run):
         space = "indoor" if is_indoor(run.drive.world) else "semantickitti"
         folder = REPO / "firmware_cfg" / space
-        values = {"classes": json.dumps(str(folder / "classes.toml")), **dict(run.switches)}
+        values = {"classes": json.dumps(str(folder / "classes.toml")), "lcm.odometry": json.dumps(run.channel()),
+                  **dict(run.switches)}
         beams = beam_spacing_of(run.drive.sensor, run.drive.world)
         if beams is not None:
             values["creation.beam_spacing_deg"] = str(beams)
@@ -197,8 +205,8 @@ class Workshop:
         answers = self._answers(where, drive)
         scores = self.call("hgg-eval", "--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory",
                            where / "trajectory.tum", "--log", drive / "log.lcm", "--radius", radius_of(run.drive.world),
-                           "--spacing", spacing_of(run.drive.world), "--html", where / "report.html", "--title",
-                           run.drive.name(), "--json", *answers)
+                           "--odometry-channel", run.channel(), "--spacing", spacing_of(run.drive.world), "--html", where / "report.html",
+                           "--title", run.name(), "--json", *answers)
         figures = compact(json.loads(scores))
         save(result, figures)
         return figures
@@ -275,7 +283,7 @@ def run_all(workshop, runs, jobs):
                 figures[run] = workshop.evaluate(run)
             except (CommandFailed, OSError, ValueError) as error:
                 figures[run] = {"error": str(error)}
-            progress.step(drive.name() + "".join(f" {key}={value}" for key, value in run.switches))
+            progress.step(run.name())
         workshop.release(drive)
 
     drives = sorted(by_drive, key=lambda d: d not in workshop.pinned)
@@ -344,11 +352,9 @@ class Matrix:
 
     # What to run: a method a table, all from these.
 
-    def drives(self, world, sensor, odometry, busy=False):
-        return [Drive(world, sensor, odometry, seed, self.args.frames, busy) for seed in self.args.seeds]
-
-    def runs(self, world, sensor=None, odometry="good", switches=(), busy=False):
-        return [Run(drive, switches) for drive in self.drives(world, sensor or main_sensor(world), odometry, busy)]
+    def runs(self, world, sensor=None, odometry="good", switches=(), busy=False, frames=None):
+        frames = self.args.frames if frames is None else frames
+        return [Run(Drive(world, sensor or main_sensor(world), seed, frames, busy), odometry, switches) for seed in self.args.seeds]
 
     def results(self, runs):
         return [self.figures[run] for run in runs if run in self.figures]
@@ -366,7 +372,11 @@ class Matrix:
 
     def sensor_runs(self):
         return [run for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()
-                for run in self.runs(world, sensor, odometry)]
+                for run in self.runs(world, sensor, odometry, frames=self.sensor_frames())]
+
+    def sensor_frames(self):
+        """Short drives: sensors are compared with each other, not with the other tables."""
+        return self.args.frames or (0 if self.args.full else SENSOR_FRAMES)
 
     def busy_runs(self):
         return [run for world in self.args.worlds for run in self.runs(world, busy=True)]
@@ -400,7 +410,7 @@ class Matrix:
         if self.args.quick or not folder.is_dir():
             return []
         files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in ("05", "07")]
-        return [Run(Drive(f"along KITTI {n}", "lidar64", "real front-end", seed, self.args.frames, False, (gt, odometry)))
+        return [Run(Drive(f"along KITTI {n}", "lidar64", seed, self.args.frames, False, (gt, odometry)), "real front-end")
                 for n, gt, odometry in files for seed in self.args.seeds]
 
     def timing_runs(self):
@@ -418,10 +428,11 @@ its degrees of freedom, 1 for an honest belief, larger for one that trusts itsel
                      ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
 
     def sensors(self):
-        rows = [[world, sensor, odometry, *cells(self.results(self.runs(world, sensor, odometry)), OBJECT_COLUMNS)]
+        rows = [[world, sensor, odometry, *cells(self.results(self.runs(world, sensor, odometry, frames=self.sensor_frames())), OBJECT_COLUMNS)]
                 for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()]
-        return Table("sensors", "Objects, by sensor", """
-The same worlds through other eyes. The config is the one shipped for the label set; only the angle between beams is the
+        frames = self.sensor_frames()
+        return Table("sensors", "Objects, by sensor", f"""
+The same worlds through other eyes{f", {frames} frames of each drive" if frames else ""}. The config is the one shipped for the label set; only the angle between beams is the
 sensor's. `rig` labels the LiDAR's points through three cameras.""", ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
 
     def busy(self):
@@ -438,7 +449,7 @@ count; what the map makes of them does, as ghosts.""", ["world", "sensor", *OBJE
         runs = {(world, odometry): self.runs(world, None, odometry) for world in self.args.worlds for odometry in self.args.odometry
                 if odometry != "true"}
         for run in self.path_runs():
-            runs.setdefault((run.drive.world, run.drive.odometry), []).append(run)
+            runs.setdefault((run.drive.world, run.odometry), []).append(run)
         rows = [[*key, *cells(self.results(r), columns)] for key, r in runs.items()]
         return Table("trajectory", "Trajectory", """
 ATE: RMSE of positions after the best rigid fit. Drift: error of the motion over stretches of 100 m of true path (half the path

@@ -186,7 +186,7 @@ std::string LogWriter::write(const std::string& channel, Micros timestamp_us, st
   writeBigEndian(end, data.size(), 4);
   const bool done = std::fwrite(header, kHeaderBytes, 1, file_.get()) == 1 &&
                     std::fwrite(channel.data(), 1, channel.size(), file_.get()) == channel.size() &&
-                    std::fwrite(data.data(), 1, data.size(), file_.get()) == data.size();
+                    (data.empty() || std::fwrite(data.data(), data.size(), 1, file_.get()) == 1);
   return done ? "" : fileError("cannot write", path_);
 }
 

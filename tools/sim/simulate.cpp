@@ -1,6 +1,9 @@
 #include "sim/simulate.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <map>
 
 #include "bus/codec.h"
 #include "bus/log.h"
@@ -261,6 +264,17 @@ std::string writeClouds(LogWriter& log, const Drive& drive, const Sensed& sensed
   return error;
 }
 
+/// The same drive under every preset, so that one log compares them.
+std::map<std::string, std::vector<Pose>> everyOdometry(const std::vector<Pose>& T_map_body, std::uint64_t seed) {
+  std::map<std::string, std::vector<Pose>> tracks;
+  for (const std::string preset : {"true", "excellent", "good", "poor"}) {
+    std::string channel = "POSE_ODOM_" + preset;
+    std::ranges::transform(channel, channel.begin(), [](unsigned char c) { return std::toupper(c); });
+    tracks[channel] = disturbOdometry(T_map_body, *odometryPreset(preset), seed);
+  }
+  return tracks;
+}
+
 bool isOdometryMissing(const Drive& drive, std::size_t frame) {
   const SimOptions& options = drive.options;
   return options.odometry && isOdometryMissing(*options.odometry, options.seed, frame, drive.times.size());
@@ -281,6 +295,7 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
   for (const double time : drive.times) result.T_world_body.push_back(drive.T_world_body(time));
   result.T_map_body = fromStart(drive.T_world_body, drive.times);
   const std::vector<Pose> odometry = odometryOf(drive, result.T_map_body);
+  const auto tracks = everyOdometry(result.T_map_body, options.seed);
   const Pose T_map_world = result.T_world_body.front().inverse();
   RayCaster caster(scene);
   TruthAccumulator truth;
@@ -290,6 +305,9 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
     const Sensed sensed = sense(drive, caster, i, utime_us);
     accumulate(truth, drive, i, sensed.semantic, T_map_world);
     if (!isOdometryMissing(drive, i)) error = writer->write("POSE_ODOM", utime_us, encodePose(utime_us, odometry[i]));
+    for (const auto& [channel, track] : tracks) {
+      if (error.empty()) error = writer->write(channel, utime_us, encodePose(utime_us, track[i]));
+    }
     if (error.empty()) error = writeImages(*writer, drive.eyes, utime_us);
     if (error.empty()) error = writeClouds(*writer, drive, sensed, utime_us);
     progress(i + 1, drive.times.size());
