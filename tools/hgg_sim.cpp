@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <thread>
 
@@ -10,7 +11,8 @@ constexpr int kBadInput = 2;
 
 constexpr const char* kAbout =
     R"(hgg-sim: drives sensors through a made-up world. Writes an LCM log for hggmap and a truth directory for hgg-eval
-(gt_objects.json, poses.txt, cloud.ply, queries.jsonl). Sensors with cameras also write rig.toml beside the log.)";
+(gt_objects.json, poses.txt, cloud.ply, queries.jsonl). Sensors with cameras also write
+<log stem>.rig.toml beside the log.)";
 
 constexpr const char* kExamples = R"(Examples:
   hgg-sim --list
@@ -37,6 +39,21 @@ std::vector<std::string> namesOf(const std::vector<hgg::SensorName>& sensors) {
   return names;
 }
 
+/// A number from `lo` to `hi`; CLI::Range lets NaN pass.
+CLI::Validator within(double lo, double hi) {
+  const CLI::Range range(lo, hi);
+  const auto check = [lo, hi, name = range.get_description()](const std::string& text) -> std::string {
+    double value = 0;
+    const bool is_number = CLI::detail::lexical_cast(text, value);
+    return is_number && value >= lo && value <= hi ? "" : text + " is not a number in " + name;
+  };
+  return {check, range.get_description()};
+}
+
+/// CLI reads -3 as a huge seed.
+const CLI::Validator kNotNegative(
+    [](const std::string& text) { return text.starts_with('-') ? text + " is negative" : std::string(); }, "");
+
 void addWorldOptions(CLI::App& app, Arguments& args) {
   app.add_option("WORLD", args.sim.world, "world to drive through; --list names them");
   app.add_option("--path", args.sim.path,
@@ -46,17 +63,19 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
   app.add_flag("--list", args.list, "name the worlds and sensors");
   app.add_option("-o,--output", args.log, "LCM log to write")->type_name("LOG");
   app.add_option("--truth", args.truth, "truth directory to write")->type_name("DIR");
-  app.add_option("--seed", args.sim.options.seed, "varies placement and noise")->capture_default_str();
+  app.add_option("--seed", args.sim.options.seed, "varies placement and noise")
+      ->check(kNotNegative)
+      ->capture_default_str();
   app.add_option("--frames", args.sim.options.frames, "how many; 0: the world's whole tour")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   app.add_option("--rate", args.sim.options.rate_hz, "frames a second")
       ->type_name("HZ")
-      ->check(CLI::Range(0.1, 100.0))
+      ->check(within(0.1, 100.0))
       ->capture_default_str();
   app.add_flag("--dynamics{1.0}", args.sim.dynamics,
                "people and cars move, things change between laps; =SHARE (0..1) of the most the world has")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(within(0.0, 1.0));
   app.add_flag("--gait", args.sim.gait, "the body rolls and pitches as on legs");
   app.add_option("--threads", args.sim.options.threads, "they change the time it takes, nothing else")
       ->check(CLI::Range(1, 256))
@@ -65,20 +84,18 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
 
 void addSensorOptions(CLI::App& app, Arguments& args) {
   hgg::SimArguments& sim = args.sim;
-  const auto share = CLI::Range(0.0, 1.0);
+  const auto share = within(0.0, 1.0);
   app.add_option("--sensor", sim.sensor, "what the body carries")
       ->check(CLI::IsMember(namesOf(hgg::sensorNames())))
       ->capture_default_str();
-  app.add_option("--cameras", sim.cameras, "of the rig: front, left, right")
-      ->check(CLI::Range(1, 3))
-      ->capture_default_str();
+  app.add_option("--cameras", sim.cameras, "of the rig: front, left, right [3]")->check(CLI::Range(1, 3));
   app.add_flag("--semantic,!--no-semantic", sim.options.semantic_cloud,
                "with cameras: also write LIDAR_SEMANTIC, as a mapper makes it from the rest [on]");
   app.add_flag("--motion-distortion", sim.options.motion_distortion,
                "the LiDAR measures while the body moves; points carry their time");
   app.add_option("--range-noise", sim.range_noise, "standard deviation [the sensor's]")
       ->type_name("M")
-      ->check(CLI::Range(0.0, 10.0));
+      ->check(within(0.0, 10.0));
   app.add_option("--dropout", sim.dropout, "share of returns lost [the sensor's]")->check(share);
   app.add_option("--labels", sim.labels, "how well the segmenter works")
       ->check(CLI::IsMember({"perfect", "good", "poor"}))
@@ -90,12 +107,12 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
   app.add_option("--missed", sim.missed, "share of objects a frame without a class [of --labels]")->check(share);
   app.add_flag("--instances", sim.options.instances, "object ids on the points of things");
   app.add_option("--odometry", sim.odometry, "how well odometry works [good; --path: the file's]")
-      ->check(CLI::IsMember({"true", "excellent", "good", "poor"}));
+      ->check(CLI::IsMember(hgg::odometryPresetNames()));
   app.add_option("--odometry-dropout", sim.odometry_dropout, "share of odometry samples missing")
-      ->check(CLI::Range(0.0, 0.9))
+      ->check(within(0.0, 0.9))
       ->capture_default_str();
   app.add_option("--odometry-jumps", sim.odometry_jumps, "jumps in 100 m, of about 0.5 m and 3 degrees")
-      ->check(CLI::Range(0.0, 1000.0))
+      ->check(within(0.0, 1000.0))
       ->capture_default_str();
 }
 
@@ -122,11 +139,13 @@ int run(const Arguments& args) {
   if (!scene) return fail(scene.error);
   const auto options = hgg::simOptions(args.sim, *scene);
   if (!options) return fail(options.error);
+  std::string error = hgg::prepareTruth(args.truth);
+  if (!error.empty()) return fail(error);
   hgg::ProgressBar bar("simulate");
   const auto drive = hgg::simulate(*scene, *options, args.log, onBar(bar));
   if (!drive) return fail(drive.error);
-  const auto truth = hgg::completeTruth(*scene, *drive);
-  const std::string error = hgg::writeTruth(truth, args.truth);
+  const auto truth = hgg::completeTruth(*scene, *drive, options->threads);
+  error = hgg::writeTruth(truth, args.truth);
   if (!error.empty()) return fail(error);
   std::printf("%s: %zu frames; %s: %zu objects, %zu queries; labels are those of firmware_cfg/%s/classes.toml\n",
               args.log.c_str(), drive->T_map_body.size(), args.truth.c_str(), truth.objects.size(),

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -14,9 +15,11 @@ struct Outcome {
   std::string output, errors;
 };
 
+/// In the scratch folder, so that relative paths lead there.
 Outcome runCommand(const Scratch& scratch, const std::string& command) {
   const auto errors = scratch / "stderr";
-  std::FILE* pipe = popen((HGG_BINARY_DIR "/" + command + " 2>" + errors.string()).c_str(), "r");
+  std::FILE* pipe = popen(
+      ("cd " + (scratch / "").string() + " && " HGG_BINARY_DIR "/" + command + " 2>" + errors.string()).c_str(), "r");
   std::string output;
   std::array<char, 4096> buffer{};
   while (const std::size_t n = std::fread(buffer.data(), 1, buffer.size(), pipe)) {
@@ -37,18 +40,64 @@ TEST(Commands, HelpShowsAnExample) {
 
 TEST(Commands, BadUsageAndBadInputAreOneLineAndExit2) {
   const Scratch scratch;
-  for (const char* command :
-       {"hgg-convert", "hgg-convert semantickitti", "hgg-convert semantickitti /nonexistent -o x", "hgg-sim",
-        "hgg-sim atlantis -o x --truth y", "hgg-sim yard -o /nonexistent/x --truth y", "hgg-sim yard -o x",
-        "hgg-sim yard --truth y", "hgg-sim -o x --truth y", "hgg-sim yard -o x --truth y --labels excellent",
-        "hgg-sim yard --path a b -o x --truth y", "hgg-sim --path a b -o x --truth y",
-        "hgg-sim yard -o x --truth y --dynamics=2", "hgg-eval", "hgg-eval --truth x",
-        "hgg-eval --truth x --map /nonexistent.hgg", "hgg-eval --truth x --map a --graph b",
-        "hgg-eval --truth x --map a --radius -1"}) {
+  for (const char* command : {"hgg-convert",
+                              "hgg-convert semantickitti",
+                              "hgg-convert semantickitti /nonexistent -o x",
+                              "hgg-sim",
+                              "hgg-sim atlantis -o x --truth y",
+                              "hgg-sim yard -o /nonexistent/x --truth y",
+                              "hgg-sim yard -o x",
+                              "hgg-sim yard --truth y",
+                              "hgg-sim -o x --truth y",
+                              "hgg-sim yard -o x --truth y --labels excellent",
+                              "hgg-sim yard --path a b -o x --truth y",
+                              "hgg-sim --path a b -o x --truth y",
+                              "hgg-sim yard -o x --truth y --dynamics=2",
+                              "hgg-sim yard -o x --truth y --seed -1",
+                              "hgg-sim yard -o x --truth y --cameras 2",
+                              "hgg-sim yard -o x --truth y --no-semantic",
+                              "hgg-sim yard -o x --truth y --sensor rgbd --motion-distortion",
+                              "hgg-eval",
+                              "hgg-eval --truth x",
+                              "hgg-eval --truth x --map /nonexistent.hgg",
+                              "hgg-eval --truth x --map a --graph b",
+                              "hgg-eval --truth x --map a --radius -1"}) {
     const Outcome outcome = runCommand(scratch, command);
     EXPECT_EQ(outcome.exit_code, 2) << command;
     EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << command << ": " << outcome.errors;
   }
+}
+
+TEST(Commands, NotANumberIsInNoRange) {
+  const Scratch scratch;
+  for (const char* option : {"--rate ", "--dynamics=", "--range-noise ", "--dropout ", "--speckle ", "--unknown ",
+                             "--bleed ", "--confusion ", "--missed ", "--odometry-dropout ", "--odometry-jumps "}) {
+    for (const char* value : {"nan", "-nan", "inf", "-1"}) {
+      const Outcome outcome =
+          runCommand(scratch, std::string("hgg-sim yard --frames 1 --sensor lidar16 -o x --truth y ") + option + value);
+      EXPECT_EQ(outcome.exit_code, 2) << option << value;
+      EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << option << value;
+    }
+  }
+}
+
+TEST(Commands, ATruthDirectoryThatCannotBeMadeIsKnownBeforeTheDrive) {
+  const Scratch scratch;
+  writeText(scratch / "file", "not a directory");
+  const Outcome outcome = runCommand(scratch, "hgg-sim yard --frames 1 --sensor lidar16 -o log --truth file");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.errors.find("file"), std::string::npos) << outcome.errors;
+  EXPECT_FALSE(exists(scratch / "log"));
+  EXPECT_FALSE(exists(scratch / "log.part"));
+}
+
+TEST(Commands, AFailedDriveLeavesNoTruthOfAnOlderOne) {
+  const Scratch scratch;
+  const std::string drive = "hgg-sim yard --frames 1 --sensor lidar16 --truth truth -o ";
+  ASSERT_EQ(runCommand(scratch, drive + "log").exit_code, 0);
+  ASSERT_TRUE(exists(scratch / "truth/gt_objects.json"));
+  EXPECT_EQ(runCommand(scratch, drive + "/nonexistent/log").exit_code, 2);
+  EXPECT_TRUE(std::filesystem::is_empty(scratch / "truth"));
 }
 
 TEST(Commands, SimulatorNamesItsWorldsAndSensors) {

@@ -79,6 +79,42 @@ TEST(SimOptions, APathsOwnOdometryIsTakenUnlessAPresetIsGiven) {
   EXPECT_EQ(simOptions(arguments, *scene)->odometry->jumps_per_100m, 1.0);
 }
 
+TEST(SimOptions, WhatWouldDoNothingIsRefused) {
+  const auto errorOf = [](const std::string& sensor, auto change) {
+    SimArguments arguments = yard();
+    arguments.sensor = sensor;
+    change(arguments);
+    return simOptions(arguments, makeYard(1)).error;
+  };
+  const auto cameras = [](SimArguments& arguments) { arguments.cameras = 2; };
+  const auto no_semantic = [](SimArguments& arguments) { arguments.options.semantic_cloud = false; };
+  const auto distortion = [](SimArguments& arguments) { arguments.options.motion_distortion = true; };
+  for (const char* sensor : {"lidar16", "rgbd", "rig"}) {
+    const bool is_rig = std::string(sensor) == "rig", is_rgbd = std::string(sensor) == "rgbd";
+    EXPECT_EQ(errorOf(sensor, cameras).starts_with("--cameras"), !is_rig) << sensor;
+    EXPECT_EQ(errorOf(sensor, no_semantic).starts_with("--no-semantic"), !is_rig && !is_rgbd) << sensor;
+    EXPECT_EQ(errorOf(sensor, distortion).starts_with("--motion-distortion"), is_rgbd) << sensor;
+  }
+}
+
+TEST(SimOptions, APathHasAsManyFramesAsPoses) {
+  const Scratch scratch;
+  std::vector<Pose> poses(30, Pose::Identity());
+  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].translation().z() = static_cast<double>(i);
+  ASSERT_EQ(writePoses(poses, scratch / "gt.txt"), "");
+  SimArguments arguments;
+  arguments.path = {(scratch / "gt.txt").string(), (scratch / "gt.txt").string()};
+  const auto scene = sceneOf(arguments);
+  ASSERT_TRUE(scene) << scene.error;
+  arguments.options.frames = 30;
+  EXPECT_TRUE(simOptions(arguments, *scene));
+  arguments.options.frames = 31;
+  EXPECT_NE(simOptions(arguments, *scene).error.find(" 30"), std::string::npos);
+  arguments.options.rate_hz = 5.0;
+  arguments.options.frames = 16;
+  EXPECT_NE(simOptions(arguments, *scene).error.find(" 15"), std::string::npos);
+}
+
 TEST(SimOptions, PathsThatDoNotMatchAreAnError) {
   const Scratch scratch;
   ASSERT_EQ(writePoses(std::vector<Pose>(3, Pose::Identity()), scratch / "gt.txt"), "");

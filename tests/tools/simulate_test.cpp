@@ -141,7 +141,7 @@ TEST(Simulate, TruthOfADepthCameraIsThatOfItsLog) {
   const Scratch scratch;
   SimOptions options = smallRgbd();
   options.instances = true;
-  options.sensors.cameras[0].errors.mixed = 0.0;  // their pixels carry labels, but no object has them
+  ASSERT_GT(options.sensors.cameras[0].errors.mixed, 0.1);  // their pixels carry labels, but no instances
   const auto drive = simulate(makeYard(5), options, scratch / "log", kQuiet);
   ASSERT_TRUE(drive) << drive.error;
   expectTruthOfLog(drive->objects, semanticClouds(scratch / "log"),
@@ -268,14 +268,15 @@ TEST(Simulate, ARigWritesItsImagesItsCloudAndWhatTheyGiveTogether) {
   SimOptions options = smallRig();
   options.instances = true;
   ASSERT_TRUE(simulate(makeYard(1), options, scratch / "log", kQuiet));
-  EXPECT_TRUE(exists(scratch / "rig.toml"));
+  EXPECT_TRUE(exists(scratch / "log.rig.toml"));
   auto channels = readLog(scratch / "log");
   std::set<std::string> names;
   for (const auto& [name, messages] : channels) {
     names.insert(name);
     EXPECT_EQ(messages.size(), 12u) << name;
   }
-  EXPECT_EQ(names, (std::set<std::string>{"POSE_ODOM", "CAMERA_LABELS_front", "CAMERA_LABELS_left", "LIDAR",
+  EXPECT_EQ(names, (std::set<std::string>{"POSE_ODOM", "POSE_ODOM_TRUE", "POSE_ODOM_EXCELLENT", "POSE_ODOM_GOOD",
+                                          "POSE_ODOM_POOR", "CAMERA_LABELS_front", "CAMERA_LABELS_left", "LIDAR",
                                           "LIDAR_SEMANTIC"}));
   for (const auto& [utime_us, message] : channels["LIDAR_SEMANTIC"]) {
     const auto semantic = decodeSemanticCloud(message, 0.0F), cloud = decodeCloud(channels["LIDAR"][utime_us]);
@@ -299,7 +300,7 @@ TEST(Simulate, ADepthCamerasCloudIsItsDepthAndItsLabels) {
   const SimOptions options = poorDrive(smallRgbd());
   ASSERT_TRUE(simulate(makeYard(1), options, scratch / "log", kQuiet));
   auto channels = readLog(scratch / "log");
-  EXPECT_EQ(channels.size(), 4u);
+  EXPECT_EQ(channels.size(), 8u);
   for (const auto& [utime_us, message] : channels["LIDAR_SEMANTIC"]) {
     const auto cloud = decodeSemanticCloud(message, 0.0F);
     const auto depth = decodeDepthImage(channels["DEPTH_front"][utime_us]);
@@ -355,6 +356,65 @@ TEST(Simulate, MixedReturnsAreUnknownToPerfectLabelsAndOnNoObject) {
   EXPECT_LT(mixed_points, clean_points);
 }
 
+/// Objects of the reference cloud, by their number of points.
+std::map<std::uint32_t, int> pointsInCloud(const WorldTruth& truth) {
+  std::map<std::uint32_t, int> points;
+  for (const CloudPoint& p : truth.cloud) ++points[p.object];
+  return points;
+}
+
+TEST(CompleteTruth, TheCloudShowsTheWorldAsItStandsAtTheLastFrameWhateverTheRate) {
+  const Scratch scratch;
+  const Scene scene = *makeScene("hall", 1, 1.0);
+  SimOptions options = smallDrive();
+  options.rate_hz = 2.0, options.frames = 0;
+  options.sensors.lidar = spinningLidar(16, true);
+  options.sensors.lidar->columns = 360;
+  const auto drive = simulate(scene, options, scratch / "log", kQuiet);
+  ASSERT_TRUE(drive) << drive.error;
+  EXPECT_EQ(drive->end_time, static_cast<double>(drive->T_map_body.size() - 1) / 2.0);
+  const auto points = pointsInCloud(completeTruth(scene, *drive, 2));
+  int gone = 0, standing = 0, came = 0;
+  for (const TruthObject& object : drive->objects) {
+    const auto id = static_cast<std::uint32_t>(object.id);
+    EXPECT_TRUE(!points.contains(id) || !(object.gone || object.dynamic)) << id;
+    EXPECT_TRUE(points.contains(id) || object.gone || object.dynamic || object.belief.kappa < 50) << id;
+    gone += object.gone;
+    standing += !object.gone && !object.dynamic;
+    came += !poseAt(scene, id - 1, 0.0) && points.contains(id);
+  }
+  EXPECT_GT(gone, 0);
+  EXPECT_GT(came, 0);
+  EXPECT_GT(standing, 20);
+}
+
+TEST(CompleteTruth, WhatADepthCameraSawIndoorsIsInTheCloud) {
+  const Scratch scratch;
+  for (const char* world : {"apartment", "office"}) {
+    const Scene scene = *makeScene(world, 1);
+    SimOptions options = smallRgbd();
+    options.rate_hz = 10.0, options.frames = 600, options.threads = 2;
+    const auto drive = simulate(scene, options, scratch / "log", kQuiet);
+    ASSERT_TRUE(drive) << drive.error;
+    const auto points = pointsInCloud(completeTruth(scene, *drive, 2));
+    for (const TruthObject& object : drive->objects) {
+      const bool is_seen_well = object.belief.kappa >= 50.0 / 16.0;  // of the 50 that the full camera would see
+      EXPECT_TRUE(!is_seen_well || points.contains(static_cast<std::uint32_t>(object.id)))
+          << world << ": " << scene.world.objects[static_cast<std::size_t>(object.id) - 1].name << " " << object.id;
+    }
+  }
+}
+
+TEST(CompleteTruth, IsTheSameWhateverTheThreads) {
+  const Scratch scratch;
+  const Scene scene = makeYard(1);
+  const auto drive = simulate(scene, smallDrive(), scratch / "log", kQuiet);
+  for (const int threads : {1, 3}) {
+    ASSERT_EQ(writeTruth(completeTruth(scene, *drive, threads), scratch / std::to_string(threads)), "");
+  }
+  EXPECT_TRUE(readText(scratch / "1/cloud.ply") == readText(scratch / "3/cloud.ply"));
+}
+
 TEST(Simulate, AWholeTourIsTheDefault) {
   Scene scene = makeYard(1);
   scene.duration = 20.0;
@@ -362,6 +422,30 @@ TEST(Simulate, AWholeTourIsTheDefault) {
   EXPECT_EQ(frameCount(scene, options), 201);
   options.frames = 7;
   EXPECT_EQ(frameCount(scene, options), 7);
+}
+
+TEST(Simulate, ALogHasItsNameWhenItIsWhole) {
+  const Scratch scratch;
+  writeText(scratch / "log.lcm", "older");
+  SimOptions options = smallDrive();
+  options.frames = 2;
+  const auto drive = simulate(makeYard(1), options, scratch / "log.lcm", [&](std::size_t, std::size_t) {
+    EXPECT_TRUE(exists(scratch / "log.lcm.part"));
+    EXPECT_EQ(readText(scratch / "log.lcm"), "older");
+  });
+  ASSERT_TRUE(drive) << drive.error;
+  EXPECT_FALSE(exists(scratch / "log.lcm.part"));
+  EXPECT_EQ(readChannel(scratch / "log.lcm", "LIDAR_SEMANTIC").size(), 2u);
+}
+
+TEST(Simulate, TwoLogsOfAFolderEachHaveTheirCameras) {
+  const Scratch scratch;
+  SimOptions rig = smallRig(), rgbd = smallRgbd();
+  rig.frames = rgbd.frames = 1;
+  ASSERT_TRUE(simulate(makeYard(1), rig, scratch / "a.lcm", kQuiet));
+  ASSERT_TRUE(simulate(makeYard(1), rgbd, scratch / "b.lcm", kQuiet));
+  EXPECT_NE(readText(scratch / "a.rig.toml").find("left"), std::string::npos);
+  EXPECT_NE(readText(scratch / "b.rig.toml").find("DEPTH_front"), std::string::npos);
 }
 
 TEST(Simulate, ALogThatCannotBeWrittenIsAnError) {

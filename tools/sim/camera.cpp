@@ -2,19 +2,18 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
+
+#include "sim/angles.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
-
 /// Looks along the body's x turned by `yaw` (to the left) and then `down`.
 Pose mount(const Vec3& position, double yaw, double down) {
-  Mat3 R_level_camera;  // x right, y down, z forward seen from a level body
-  R_level_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
   Pose pose = Pose::Identity();
   pose.translation() = position;
-  pose.linear() = Eigen::AngleAxisd(yaw, Vec3::UnitZ()) * Eigen::AngleAxisd(down, Vec3::UnitY()) * R_level_camera;
+  pose.linear() = Eigen::AngleAxisd(yaw, Vec3::UnitZ()) * Eigen::AngleAxisd(down, Vec3::UnitY()) * cameraAxes();
   return pose;
 }
 
@@ -34,6 +33,12 @@ Vec3 pixelRay(const CameraModel& camera, double x, double y) {
 }
 
 }  // namespace
+
+Mat3 cameraAxes() {
+  Mat3 R_body_camera;
+  R_body_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return R_body_camera;
+}
 
 CameraModel depthCamera() {
   CameraModel camera = pinhole("front", 70.0, mount(Vec3(0.1, 0.0, 0.0), 0.0, 10.0 * kDegree));

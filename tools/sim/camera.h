@@ -19,6 +19,9 @@ struct CameraModel {
   RangeErrors errors;
 };
 
+/// Camera axes (x right, y down, z forward) in body axes (x forward, y left, z up).
+Mat3 cameraAxes();
+
 /// An RGB-D camera that looks forward, 70 degrees wide.
 CameraModel depthCamera();
 /// 1..3 cameras around the body, 90 degrees wide: front, left, right.
@@ -37,7 +40,7 @@ Vec3 unproject(const CameraModel& camera, const Pixel& pixel, double depth);
 /// The scan of a camera's grid as depths. Depths beyond 65 m are not measured.
 DepthImage depthImage(const RayGrid& grid, const Scan& scan, Micros utime_us);
 
-/// rig.toml: what turns images into points. Returns an error line, empty when done.
+/// A rig.toml: what turns images into points. Returns an error line, empty when done.
 std::string writeRig(const std::vector<CameraModel>& cameras, const std::string& path);
 
 }  // namespace hgg

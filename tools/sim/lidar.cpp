@@ -2,10 +2,11 @@
 
 #include <cmath>
 
+#include "sim/angles.h"
+
 namespace hgg {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kIndoorRangeMin = 0.3;
 
 }  // namespace

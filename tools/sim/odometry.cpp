@@ -2,12 +2,12 @@
 
 #include <cmath>
 
+#include "sim/angles.h"
 #include "sim/sensor.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kWander = 0.3;          // standard deviation of a bias, as a share of its size
 constexpr double kWanderLength = 100.0;  // m: of the memory of its wandering
 
@@ -66,6 +66,11 @@ Pose disturbStep(const Pose& step, const OdometryErrors& errors, double scale, d
 }
 
 }  // namespace
+
+const std::vector<std::string>& odometryPresetNames() {
+  static const std::vector<std::string> names{"true", "excellent", "good", "poor"};
+  return names;
+}
 
 std::optional<OdometryErrors> odometryPreset(const std::string& name) {
   if (name == "true") return OdometryErrors{};

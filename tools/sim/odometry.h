@@ -24,8 +24,10 @@ struct OdometryErrors {
   double dropout = 0;       // share of samples that are missing; the first and the last never are
 };
 
-/// "true", "excellent", "good" or "poor"; nullopt for other names. Measured over 20 seeds on the street (431 m): 0.12,
-/// 0.64 and 3.1 m of error over 100 m, ATE 0.09, 0.52 and 3.3 m.
+/// "true", "excellent", "good" and "poor".
+const std::vector<std::string>& odometryPresetNames();
+/// nullopt for other names. Measured over 20 seeds on the street (435 m): 0.12, 0.64 and 3.1 m of error over 100 m, ATE
+/// 0.09, 0.52 and 3.3 m.
 std::optional<OdometryErrors> odometryPreset(const std::string& name);
 
 /// Odometry poses for true poses: each true step, disturbed; starts at the first true pose.

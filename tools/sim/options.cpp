@@ -6,6 +6,7 @@ namespace hgg {
 namespace {
 
 constexpr double kGait_deg = 1.5;
+constexpr int kRigCameras = 3;
 
 std::optional<SensorSuite> suiteOf(const std::string& name, int cameras, bool indoor) {
   if (name == "lidar16") return SensorSuite{spinningLidar(16, indoor), {}};
@@ -43,10 +44,31 @@ Result<std::optional<OdometryErrors>> odometryErrors(const SimArguments& argumen
     return Errors::fail("--path brings its own odometry: give --odometry PRESET to disturb the true poses instead");
   }
   auto errors = odometryPreset(arguments.odometry.value_or("good"));
-  if (!errors) return Errors::fail("--odometry " + *arguments.odometry + ": try true, excellent, good or poor");
+  if (!errors) {
+    std::string names;
+    for (const std::string& name : odometryPresetNames()) names += " " + name;
+    return Errors::fail("--odometry " + *arguments.odometry + ": try one of" + names);
+  }
   errors->dropout = arguments.odometry_dropout;
   errors->jumps_per_100m = arguments.odometry_jumps;
   return Errors::ok(errors);
+}
+
+/// What was asked for and would do nothing; empty when there is nothing of the kind.
+std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sensors, const Scene& scene) {
+  const SimOptions& options = arguments.options;
+  if (arguments.cameras && arguments.sensor != "rig") return "--cameras needs --sensor rig";
+  if (!options.semantic_cloud && sensors.cameras.empty()) {
+    return "--no-semantic needs cameras (--sensor rgbd or rig): without them there is no other cloud";
+  }
+  if (options.motion_distortion && !sensors.lidar) return "--motion-distortion needs a LiDAR: cameras take all at once";
+  SimOptions whole = options;
+  whole.frames = 0;
+  if (!arguments.path.empty() && options.frames > frameCount(scene, whole)) {
+    return "--frames " + std::to_string(options.frames) + ": the poses of --path are enough for " +
+           std::to_string(frameCount(scene, whole));
+  }
+  return "";
 }
 
 }  // namespace
@@ -81,8 +103,10 @@ Result<Scene> sceneOf(const SimArguments& arguments) {
 Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene) {
   using Options = Result<SimOptions>;
   SimOptions options = arguments.options;
-  const auto suite = suiteOf(arguments.sensor, arguments.cameras, scene.label_space == "indoor");
+  const auto suite = suiteOf(arguments.sensor, arguments.cameras.value_or(kRigCameras), scene.label_space == "indoor");
   if (!suite) return Options::fail("there is no sensor \"" + arguments.sensor + "\": hgg-sim --list names them");
+  const std::string unused = unusedArgument(arguments, *suite, scene);
+  if (!unused.empty()) return Options::fail(unused);
   options.sensors = *suite;
   if (options.sensors.lidar) overrideRanges(options.sensors.lidar->errors, arguments);
   for (CameraModel& camera : options.sensors.cameras) {

@@ -14,7 +14,7 @@ struct SimArguments {
   std::vector<std::string> path;   // files of true and odometry poses (KITTI, camera frame)
   double dynamics = 0;             // 0..1
   std::string sensor = "lidar64";  // of sensorNames()
-  int cameras = 3;                 // of a rig
+  std::optional<int> cameras;      // of a rig; default 3
   std::string labels = "good";     // of labelPreset()
   std::optional<double> speckle, unknown, bleed, confusion, missed;  // override the preset
   std::optional<double> range_noise, dropout;                        // override the sensor's

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <numbers>
 
+#include "sim/camera.h"
 #include "sim/scene.h"
 #include "sim/worlds/outdoor.h"
 
@@ -15,10 +17,9 @@ constexpr double kStep = 0.5;                                   // m between the
 constexpr double kRoad = 4.2, kSidewalk = 6.8, kGround = 30.0;  // m from the track to the ground's edges
 constexpr double kSamePlace = 9.0;  // m: a place the track has passed before is already furnished
 
-/// Camera axes (x right, y down, z forward) to body axes (x forward, y left, z up), for poses of both.
+/// Camera axes to body axes, for poses of both.
 Pose bodyOfCamera(const Pose& T_world_camera) {
-  Mat3 R_body_camera;
-  R_body_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  const Mat3 R_body_camera = cameraAxes();
   Pose T = Pose::Identity();
   T.linear() = R_body_camera * T_world_camera.linear() * R_body_camera.transpose();
   T.translation() = R_body_camera * T_world_camera.translation();
@@ -217,7 +218,7 @@ class Builder {
     const Vec2 along = track_.along(i);
     return stage_.spot(track_.points()[i] + d * Vec2(-along.y(), along.x()), std::atan2(along.y(), along.x()) + turn);
   }
-  static double towardsRoad(double side) { return -side * M_PI / 2; }
+  static double towardsRoad(double side) { return -side * std::numbers::pi / 2; }
 
   std::optional<std::size_t> put(Outdoor label, const Shapes& shapes, const Spot& spot, double gap) {
     return stage_.put(objectOf(label), shapes, spot, gap);
@@ -253,7 +254,7 @@ class Builder {
     const bool taken = dice_.chance(in_row ? 0.8 : 0.08), changes = dice_.chance(0.4 * dynamics_);
     const bool van = dice_.chance(0.1);
     const Shapes shapes = van ? vanShapes(dice_) : carShapes(dice_);
-    const Spot spot = beside(i, side * (4.6 + dice_.between(-0.1, 0.2)), side > 0 ? M_PI : 0.0);
+    const Spot spot = beside(i, side * (4.6 + dice_.between(-0.1, 0.2)), side > 0 ? std::numbers::pi : 0.0);
     const double absence = changes ? track_.absence(spot.ground.head<2>(), 20.0, 30.0) : 0.0;
     if (!taken && absence == 0.0) {
       return;
@@ -270,7 +271,7 @@ class Builder {
     if (kind < 0.35) {
       putTree(stage_, treeShapes(dice_), beside(i, d, 0.0), kGap);
     } else if (kind < 0.5) {
-      put(Outdoor::kTrafficSign, signShapes(dice_), beside(i, d, side > 0 ? 0.0 : M_PI), kGap);
+      put(Outdoor::kTrafficSign, signShapes(dice_), beside(i, d, side > 0 ? 0.0 : std::numbers::pi), kGap);
     } else if (kind < 0.6) {
       put(Outdoor::kPole, poleShapes(dice_.between(1.0, 4.5)), beside(i, d, 0.0), kGap);
     } else if (kind < 0.7) {
@@ -280,7 +281,8 @@ class Builder {
     } else if (kind < 0.8) {
       put(Outdoor::kBench, benchShapes(1.7), beside(i, d, -towardsRoad(side)), kGap);
     } else if (kind < 0.85) {
-      put(Outdoor::kPerson, personShapes(dice_, 0.0), beside(i, d, dice_.between(-M_PI, M_PI)), kGap);
+      put(Outdoor::kPerson, personShapes(dice_, 0.0), beside(i, d, dice_.between(-std::numbers::pi, std::numbers::pi)),
+          kGap);
     }
   }
 

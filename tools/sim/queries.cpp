@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "sim/raycast.h"
@@ -20,9 +23,12 @@ constexpr double kFar = kFarther * kClosest + 2.0;  // m: distances beyond this 
 constexpr double kFarthest = 1.15;                  // of the farthest over the next
 constexpr std::size_t kRelationsPerClass = 5;
 
+constexpr const char* kTree = "trunk";  // the class of which a map has only the trunk
+
 /// A thing of the world and what was seen of it.
 struct Candidate {
   const WorldObject* object;
+  std::optional<std::size_t> crown;  // index into World::objects, when it is counted in
   std::vector<Vec3> surface;
   Bounds bounds;
   Belief shape;             // of the surface
@@ -33,35 +39,44 @@ struct Candidate {
 };
 
 using Candidates = std::vector<Candidate>;
+using Classes = std::map<ClassId, Candidates>;
 
 std::string nounOf(const WorldObject& object) {
-  std::string noun = object.name == "trunk" ? "tree" : object.name;
+  std::string noun = object.name == kTree ? "tree" : object.name;
   std::ranges::replace(noun, '-', ' ');
   return noun;
 }
 
-Candidate describe(const World& world, std::size_t index, const TruthObject* seen) {
-  constexpr double kSpacing = 0.15;
-  Candidate c{&world.objects[index], sampleObject(world, index, kSpacing), {}, {}, seen, false};
+void measureSurface(Candidate& c) {
+  c.bounds = {};
   for (const Vec3& p : c.surface) {
     c.bounds = join(c.bounds, {p, p});
   }
   c.shape = beliefFromPoints(c.surface);
+}
+
+Candidate describe(const World& world, std::size_t index, const TruthObject* seen) {
+  constexpr double kSpacing = 0.15;
+  Candidate c{&world.objects[index], std::nullopt, sampleObject(world, index, kSpacing), {}, {}, seen, false};
+  measureSurface(c);
   c.is_answer = seen != nullptr && !seen->gone && seen->belief.kappa >= kEnoughPoints && seen->frames >= kEnoughFrames;
   return c;
 }
 
+/// Whether anyone would say the name: "the other vehicle" is no English.
+bool isNoun(const WorldObject& object) { return object.name != "other-vehicle"; }
+
 /// Things by class; without the classes of which some move by themselves.
-std::map<ClassId, Candidates> candidatesByClass(const World& world, const std::vector<TruthObject>& seen) {
+Classes candidatesByClass(const World& world, const std::vector<TruthObject>& seen) {
   std::map<std::int64_t, const TruthObject*> by_id;
   for (const TruthObject& object : seen) {
     by_id[object.id] = &object;
   }
-  std::map<ClassId, Candidates> result;
+  Classes result;
   std::set<ClassId> moving;
   for (std::size_t i = 0; i < world.objects.size(); ++i) {
     const WorldObject& object = world.objects[i];
-    if (object.thing) {
+    if (object.thing && isNoun(object)) {
       const auto known = by_id.find(object.id);
       result[object.label].push_back(describe(world, i, known == by_id.end() ? nullptr : known->second));
     }
@@ -75,12 +90,50 @@ std::map<ClassId, Candidates> candidatesByClass(const World& world, const std::v
   return result;
 }
 
-/// All that someone may mean by the noun of a class: a desk is a table, too.
-std::vector<const Candidate*> meantBy(const std::map<ClassId, Candidates>& classes, ClassId label) {
+/// The foliage at a trunk's upper end, the one most above it; nullopt when there is none.
+std::optional<std::size_t> crownOf(const World& world, const Candidate& trunk) {
+  constexpr double kTouch = 0.05;  // m
+  const Vec3 top(trunk.shape.mean.x(), trunk.shape.mean.y(), trunk.bounds.hi.z());
+  std::optional<std::size_t> crown;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Solid& solid : world.solids) {
+    const WorldObject& object = world.objects[solid.object];
+    if (object.thing || !object.foliage) {
+      continue;
+    }
+    const Bounds b = boundsOf(solid.shape);
+    const bool is_over = (b.lo.array() <= top.array() + kTouch).all() && (b.hi.array() >= top.array()).all();
+    const double aside = (solid.bound_center - top).head<2>().norm();
+    if (is_over && aside < nearest) {
+      crown = solid.object;
+      nearest = aside;
+    }
+  }
+  return crown;
+}
+
+/// The same with the crowns of the trees counted in: someone may mean them, though no map has them with the trunk.
+Classes withCrowns(const World& world, Classes classes) {
+  constexpr double kSpacing = 0.3;
+  for (auto& [label, members] : classes) {
+    for (Candidate& tree : members) {
+      tree.crown = tree.object->name == kTree ? crownOf(world, tree) : std::nullopt;
+      if (tree.crown) {
+        const auto crown = sampleObject(world, *tree.crown, kSpacing);
+        tree.surface.insert(tree.surface.end(), crown.begin(), crown.end());
+        measureSurface(tree);
+      }
+    }
+  }
+  return classes;
+}
+
+/// All that someone may mean by the noun of a class: a desk may be called a table, too.
+std::vector<const Candidate*> meantBy(const Classes& classes, ClassId label, bool desk_is_table) {
   const std::string& name = classes.at(label).front().object->name;
   std::vector<const Candidate*> meant;
   for (const auto& [other, members] : classes) {
-    if (other == label || (name == "table" && members.front().object->name == "desk")) {
+    if (other == label || (desk_is_table && name == "table" && members.front().object->name == "desk")) {
       for (const Candidate& member : members) {
         meant.push_back(&member);
       }
@@ -145,7 +198,8 @@ bool isBlocked(const World& world, const Candidate& a, const Candidate& b) {
   const auto [p, q] = nearestPoints(a, b);
   const double distance = (q - p).norm();
   return std::ranges::any_of(world.solids, [&](const Solid& solid) {
-    if (world.objects[solid.object].thing || distance == 0.0) {
+    const bool is_theirs = solid.object == a.crown || solid.object == b.crown;
+    if (world.objects[solid.object].thing || is_theirs || distance == 0.0) {
       return false;
     }
     const auto range = std::visit([&](const auto& s) { return intersect(s, {p, (q - p) / distance}); }, solid.shape);
@@ -168,6 +222,7 @@ double toNearest(const Candidate& c, const std::vector<const Candidate*>& anchor
 struct Relation {
   const Candidate* target;
   double distance;
+  double next_distance = 0;  // of the next candidate
 };
 
 /// The one of `meant` that is clearly farthest from the anchor, by boxes and by centres.
@@ -188,9 +243,13 @@ std::optional<Relation> clearlyNearest(const std::vector<const Candidate*>& mean
     relations.push_back({c, toNearest(*c, anchors, surfaceDistance)});
   }
   std::ranges::stable_sort(relations, {}, &Relation::distance);
-  const auto first = relations.front();
-  const bool is_clear = relations.size() > 1 && first.distance <= kClosest &&
-                        relations[1].distance >= std::max(kFarther * first.distance, first.distance + kFartherBy);
+  if (relations.size() < 2) {
+    return std::nullopt;
+  }
+  Relation first = relations.front();
+  first.next_distance = relations[1].distance;
+  const bool is_clear = first.distance <= kClosest &&
+                        first.next_distance >= std::max(kFarther * first.distance, first.distance + kFartherBy);
   if (!is_clear || !first.target->is_answer) {
     return std::nullopt;
   }
@@ -200,104 +259,133 @@ std::optional<Relation> clearlyNearest(const std::vector<const Candidate*>& mean
   return agreed ? std::optional(first) : std::nullopt;
 }
 
-class Phrases {
- public:
-  Phrases(const World& world, const std::map<ClassId, Candidates>& classes) : world_(world), classes_(classes) {}
+/// One way to understand the nouns of a phrase.
+struct Reading {
+  const Classes* classes;     // trees with or without their crowns
+  bool anchor_desk_is_table;  // "next to the table" may mean a desk
+};
 
-  void addOnlyOne(ClassId label) {
-    const auto meant = meantBy(classes_, label);
-    if (meant.size() == 1 && meant.front()->is_answer) {
-      add(label, "the " + nounOf(*meant.front()->object), meant.front());
-    }
+/// A query, or nothing: the answer must be of the class that the phrase names, not only something that may be meant by
+/// it.
+void add(std::vector<TruthQuery>& queries, ClassId label, const std::string& text, const Candidate* target) {
+  if (target != nullptr && target->object->label == label) {
+    queries.push_back({text, target->object->id, target->object->name});
   }
+}
 
-  void addSuperlatives(ClassId label) {
-    const auto meant = meantBy(classes_, label);
-    if (meant.size() < 2) {
-      return;
-    }
-    const std::string noun = nounOf(*classes_.at(label).front().object);
-    const auto size = [](const Candidate& c) { return spread(c.shape); };
-    const auto seen_size = [](const Candidate& c) { return spread(c.seen->belief); };
-    add(label, "the largest " + noun, superlative(meant, size, seen_size));
-    add(label, "the smallest " + noun,
-        superlative(
-            meant, [&](const Candidate& c) { return 1.0 / size(c); },
-            [&](const Candidate& c) { return 1.0 / seen_size(c); }));
-    add(label, "the tallest " + noun,
-        superlative(
-            meant, [](const Candidate& c) { return c.height(); },
-            [](const Candidate& c) { return std::sqrt(c.seen->belief.cov(2, 2)); }));
-  }
-
-  void addRelations(ClassId label) {
-    const auto meant = meantBy(classes_, label);
-    std::size_t added = 0;
-    for (const auto& [anchor_label, members] : classes_) {
-      const auto anchors = meantBy(classes_, anchor_label);
-      const bool is_same = std::ranges::any_of(anchors, [&](auto* a) { return std::ranges::count(meant, a) > 0; });
-      const bool all_seen = std::ranges::all_of(anchors, [](auto* a) { return a->is_answer; });
-      if (is_same || meant.size() < 2 || added >= kRelationsPerClass || (anchors.size() == 1 && !all_seen)) {
-        continue;
-      }
-      const auto nearest = clearlyNearest(meant, anchors);
-      if (nearest && isAnchored(*nearest, anchors) && (nearest->distance <= kNextTo || anchors.size() == 1)) {
-        const char* relation = nearest->distance <= kNextTo ? " next to the " : " closest to the ";
-        add(label, "the " + nounOf(*nearest->target->object) + relation + nounOf(*members.front().object),
-            nearest->target);
-        ++added;
-      }
-    }
-  }
-
-  void addFarthest(ClassId label) {
-    const auto meant = meantBy(classes_, label);
-    for (const auto& [anchor_label, members] : classes_) {
-      const auto anchors = meantBy(classes_, anchor_label);
-      if (meant.size() > 1 && anchors.size() == 1 && anchors.front()->is_answer && anchor_label != label) {
-        add(label,
-            "the " + nounOf(*classes_.at(label).front().object) + " farthest from the " +
-                nounOf(*members.front().object),
-            clearlyFarthest(meant, *anchors.front()));
-      }
-    }
-  }
-
-  std::vector<TruthQuery> take() { return std::move(queries_); }
-
- private:
-  /// The anchor that makes the relation true must have been seen as well, with nothing between.
-  bool isAnchored(const Relation& relation, const std::vector<const Candidate*>& anchors) const {
-    return std::ranges::any_of(anchors, [&](const Candidate* anchor) {
-      return anchor->is_answer && surfaceDistance(*relation.target, *anchor) <= relation.distance &&
-             !isBlocked(world_, *relation.target, *anchor);
+/// The queries that every reading gives with the same answer.
+template <typename QueriesOf>
+std::vector<TruthQuery> agreed(const std::vector<Reading>& readings, QueriesOf queries_of) {
+  std::vector<TruthQuery> queries = queries_of(readings.front());
+  for (const Reading& reading : readings) {
+    const std::vector<TruthQuery> others = queries_of(reading);
+    std::erase_if(queries, [&](const TruthQuery& query) {
+      return std::ranges::none_of(
+          others, [&](const TruthQuery& other) { return other.text == query.text && other.target == query.target; });
     });
   }
+  return queries;
+}
 
-  /// The answer must be of the class that the phrase names, not only something that may be meant by it.
-  void add(ClassId label, const std::string& text, const Candidate* target) {
-    if (target != nullptr && target->object->label == label) {
-      queries_.push_back({text, target->object->id, target->object->name});
+std::vector<TruthQuery> onlyOne(const Classes& classes, ClassId label) {
+  std::vector<TruthQuery> queries;
+  const auto meant = meantBy(classes, label, true);
+  if (meant.size() == 1 && meant.front()->is_answer) {
+    add(queries, label, "the " + nounOf(*meant.front()->object), meant.front());
+  }
+  return queries;
+}
+
+/// Not of trees: what is true of trunks need not be of trees.
+std::vector<TruthQuery> superlatives(const Classes& classes, ClassId label) {
+  std::vector<TruthQuery> queries;
+  const auto meant = meantBy(classes, label, true);
+  const WorldObject& object = *classes.at(label).front().object;
+  if (meant.size() < 2 || object.name == kTree) {
+    return queries;
+  }
+  const auto size = [](const Candidate& c) { return spread(c.shape); };
+  const auto seen_size = [](const Candidate& c) { return spread(c.seen->belief); };
+  add(queries, label, "the largest " + nounOf(object), superlative(meant, size, seen_size));
+  add(queries, label, "the smallest " + nounOf(object),
+      superlative(
+          meant, [&](const Candidate& c) { return 1.0 / size(c); },
+          [&](const Candidate& c) { return 1.0 / seen_size(c); }));
+  add(queries, label, "the tallest " + nounOf(object),
+      superlative(
+          meant, [](const Candidate& c) { return c.height(); },
+          [](const Candidate& c) { return std::sqrt(c.seen->belief.cov(2, 2)); }));
+  return queries;
+}
+
+/// The anchor that makes the relation true must have been seen as well, with nothing between.
+bool isAnchored(const World& world, const Relation& relation, const std::vector<const Candidate*>& anchors) {
+  return std::ranges::any_of(anchors, [&](const Candidate* anchor) {
+    return anchor->is_answer && surfaceDistance(*relation.target, *anchor) <= relation.distance &&
+           !isBlocked(world, *relation.target, *anchor);
+  });
+}
+
+std::vector<TruthQuery> relations(const World& world, const Reading& reading, ClassId label) {
+  std::vector<TruthQuery> queries;
+  const auto meant = meantBy(*reading.classes, label, true);
+  for (const auto& [anchor_label, members] : *reading.classes) {
+    const auto anchors = meantBy(*reading.classes, anchor_label, reading.anchor_desk_is_table);
+    const bool is_same = std::ranges::any_of(anchors, [&](auto* a) { return std::ranges::count(meant, a) > 0; });
+    if (is_same || (anchors.size() == 1 && !anchors.front()->is_answer)) {
+      continue;
+    }
+    const auto nearest = clearlyNearest(meant, anchors);
+    if (!nearest || !isAnchored(world, *nearest, anchors)) {
+      continue;
+    }
+    // Next to: no other one is, by the same measure. The closest one: to one thing only.
+    const bool is_next = nearest->distance <= kNextTo && nearest->next_distance >= kNextTo + kFartherBy;
+    if (is_next || anchors.size() == 1) {
+      add(queries, label,
+          "the " + nounOf(*nearest->target->object) + (is_next ? " next to the " : " closest to the ") +
+              nounOf(*members.front().object),
+          nearest->target);
     }
   }
+  return queries;
+}
 
-  const World& world_;
-  const std::map<ClassId, Candidates>& classes_;
-  std::vector<TruthQuery> queries_;
-};
+std::vector<TruthQuery> farthest(const Reading& reading, ClassId label) {
+  std::vector<TruthQuery> queries;
+  const auto meant = meantBy(*reading.classes, label, true);
+  for (const auto& [anchor_label, members] : *reading.classes) {
+    const auto anchors = meantBy(*reading.classes, anchor_label, reading.anchor_desk_is_table);
+    if (meant.size() > 1 && anchors.size() == 1 && anchors.front()->is_answer && anchor_label != label) {
+      add(queries, label,
+          "the " + nounOf(*reading.classes->at(label).front().object) + " farthest from the " +
+              nounOf(*members.front().object),
+          clearlyFarthest(meant, *anchors.front()));
+    }
+  }
+  return queries;
+}
 
 }  // namespace
 
 std::vector<TruthQuery> makeQueries(const Scene& scene, const std::vector<TruthObject>& seen) {
-  const auto classes = candidatesByClass(scene.world, seen);
-  Phrases phrases(scene.world, classes);
+  const World& world = scene.world;
+  const Classes classes = candidatesByClass(world, seen), crowned = withCrowns(world, classes);
+  const std::vector<Reading> readings{{&classes, false}, {&classes, true}, {&crowned, false}, {&crowned, true}};
+  std::vector<TruthQuery> queries;
+  const auto append = [&](const std::vector<TruthQuery>& more, std::size_t at_most) {
+    queries.insert(queries.end(), more.begin(),
+                   more.begin() + static_cast<std::ptrdiff_t>(std::min(more.size(), at_most)));
+  };
+  constexpr auto kAll = std::numeric_limits<std::size_t>::max();
   for (const auto& [label, members] : classes) {
-    phrases.addOnlyOne(label);
-    phrases.addSuperlatives(label);
-    phrases.addRelations(label);
-    phrases.addFarthest(label);
+    append(onlyOne(classes, label), kAll);
+    append(superlatives(classes, label), kAll);
+    append(agreed(readings, [&](const Reading& reading) { return relations(world, reading, label); }),
+           kRelationsPerClass);
+    append(agreed(readings, [&](const Reading& reading) { return farthest(reading, label); }), kAll);
   }
-  return phrases.take();
+  return queries;
 }
 
 }  // namespace hgg

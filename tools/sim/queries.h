@@ -10,14 +10,15 @@ namespace hgg {
 
 /// Phrases for things that were seen and stand there to the end, each with exactly one right answer by a clear margin.
 /// Rivals are all things of the class that the world ever has, seen or not (a table's rivals are desks too); classes
-/// with members that move by themselves are left out.
+/// with members that move by themselves are left out, and those whose name no one would say.
 /// - "the ticket machine": the only one.
 /// - "the largest table", "the smallest bin", "the tallest pole": spread (root of the covariance's trace) or height,
-///   10 % ahead of the next in the world's geometry, and ahead in what was seen.
-/// - "the bench next to the tree", "the chair closest to the plant": the smallest distance of surfaces, with the next
-///   candidate at least 1.5 times and 0.5 m farther; also nearest by centres, and no wall between. "Closest" only to
-///   the one of its class.
+///   10 % ahead of the next in the world's geometry, and ahead in what was seen. None of trees, whose crowns are stuff.
+/// - "the bench next to the tree": at most 1.5 m between the surfaces, and at least 2 m from every other bench to every
+///   tree. "The chair closest to the plant": up to 5 m, only to the one of its class. For both the next candidate is at
+///   least 1.5 times and 0.5 m farther; the answer is the nearest by centres as well, and no wall is between.
 /// - "the bench farthest from the bus": 15 % ahead of the next, from the one of its class.
+/// The last two kinds hold whether a tree is its trunk or has its crown, and whether "the table" may be a desk.
 std::vector<TruthQuery> makeQueries(const Scene& scene, const std::vector<TruthObject>& seen);
 
 }  // namespace hgg

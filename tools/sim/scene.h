@@ -19,10 +19,11 @@ struct Motion {
 /// A world and the way a sensor takes through it. Times are in seconds from the start.
 struct Scene {
   World world;
-  std::function<Pose(double time)> T_world_body;  // any time >= 0; body x forward, z up
-  std::vector<Motion> motions = {};               // at most one an object; all other objects stay
-  double duration = 0;                            // s, a whole tour: every loop closed, every change between laps seen
-  std::string label_space = "semantickitti";      // or "indoor": the folder of classes.toml in firmware_cfg
+  std::function<Pose(double time)>
+      T_world_body;  // any time from one frame's before 0 on: a LiDAR sweeps before its frame; body x forward, z up
+  std::vector<Motion> motions = {};           // at most one an object; all other objects stay
+  double duration = 0;                        // s, a whole tour: every loop closed, every change between laps seen
+  std::string label_space = "semantickitti";  // or "indoor": the folder of classes.toml in firmware_cfg
   /// A real front-end's poses of the same way (same start pose); empty: odometry is the truth, disturbed.
   std::function<Pose(double time)> T_odom_body = nullptr;
 };
@@ -42,7 +43,7 @@ Scene pathScene(const std::vector<Pose>& T_world_camera, const std::vector<Pose>
 /// lap of the oval takes 20 s, at 3 to 5 m/s.
 Scene makeYard(std::uint64_t seed);
 /// "street": a road around a block of houses, twice, up and down a slope. Parked cars in rows, poles, signs, trees,
-/// fences, hedges. A lap takes 30 s.
+/// fences, hedges. A lap takes 41 s.
 Scene makeStreet(std::uint64_t seed, double dynamics);
 /// "campus": paths between lawns and halls; benches, bins, bicycles, trees, lamps. At walking speed, a lap in under 60
 /// s.

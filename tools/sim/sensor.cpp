@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <thread>
+
+#include "sim/angles.h"
 
 namespace hgg {
 namespace {
@@ -60,7 +63,7 @@ std::optional<Echo> findEcho(const RayCaster& caster, const World& world, const 
 }
 
 bool isLost(const Echo& echo, const RangeErrors& errors, const RayNoise& noise) {
-  const double full = std::sin(errors.grazing_deg * std::numbers::pi / 180.0);
+  const double full = std::sin(errors.grazing_deg * kDegree);
   return echo.range < errors.range_min || echo.range > errors.range_max ||
          noise.uniform(RayNoise::kDropout) < errors.dropout ||
          echo.incidence < full * noise.uniform(RayNoise::kGrazing);

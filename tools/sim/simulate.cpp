@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <system_error>
 
 #include "bus/codec.h"
 #include "bus/log.h"
+#include "sim/angles.h"
 #include "sim/motion.h"
 #include "sim/queries.h"
 #include "sim/world_cloud.h"
@@ -83,7 +86,12 @@ void look(Eye& eye, std::size_t camera, const Drive& drive, RayCaster& caster, s
                        objectLabels(world, options.image_labels, options.seed, frame),
                        keyFor(options.seed, Purpose::kPixelLabels, camera + 1, frame), options.threads);
   eye.labels.utime_us = utime_us;
-  if (eye.model->depth) eye.depth = depthImage(eye.grid, eye.scan, utime_us);
+  if (!eye.model->depth) return;
+  eye.depth = depthImage(eye.grid, eye.scan, utime_us);
+  // A depth between two surfaces keeps its pixel's label, but is on no object: the truth counts no such points.
+  for (std::size_t i = 0; i < eye.labels.instances.size(); ++i) {
+    if (eye.scan.mixed[i]) eye.labels.instances[i] = 0;
+  }
 }
 
 /// The LiDAR's returns, unlabelled.
@@ -267,7 +275,7 @@ std::string writeClouds(LogWriter& log, const Drive& drive, const Sensed& sensed
 /// The same drive under every preset, so that one log compares them.
 std::map<std::string, std::vector<Pose>> everyOdometry(const std::vector<Pose>& T_map_body, std::uint64_t seed) {
   std::map<std::string, std::vector<Pose>> tracks;
-  for (const std::string preset : {"true", "excellent", "good", "poor"}) {
+  for (const std::string& preset : odometryPresetNames()) {
     std::string channel = "POSE_ODOM_" + preset;
     std::ranges::transform(channel, channel.begin(), [](unsigned char c) { return std::toupper(c); });
     tracks[channel] = disturbOdometry(T_map_body, *odometryPreset(preset), seed);
@@ -281,17 +289,16 @@ bool isOdometryMissing(const Drive& drive, std::size_t frame) {
 }
 
 std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& sensors) {
-  return sensors.cameras.empty() ? "" : writeRig(sensors.cameras, (log.parent_path() / "rig.toml").string());
+  if (sensors.cameras.empty()) return "";
+  return writeRig(sensors.cameras, (log.parent_path() / (log.stem().string() + ".rig.toml")).string());
 }
 
-}  // namespace
-
-Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
-                            const Progress& progress) {
+/// Writes the log of the drive, and fills `result`. Returns an error line, empty when done.
+std::string driveThrough(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
+                         const Progress& progress, DriveTruth& result) {
   auto writer = LogWriter::create(log.string());
-  if (!writer) return Result<DriveTruth>::fail(writer.error);
+  if (!writer) return writer.error;
   Drive drive = makeDrive(scene, options);
-  DriveTruth result;
   for (const double time : drive.times) result.T_world_body.push_back(drive.T_world_body(time));
   result.T_map_body = fromStart(drive.T_world_body, drive.times);
   const std::vector<Pose> odometry = odometryOf(drive, result.T_map_body);
@@ -299,7 +306,7 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
   const Pose T_map_world = result.T_world_body.front().inverse();
   RayCaster caster(scene);
   TruthAccumulator truth;
-  std::string error = writeRigBeside(log, options.sensors);
+  std::string error;
   for (std::size_t i = 0; i < drive.times.size() && error.empty(); ++i) {
     const Micros utime_us = kStart_us + std::llround(drive.times[i] * 1e6);
     const Sensed sensed = sense(drive, caster, i, utime_us);
@@ -314,12 +321,41 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
   }
   if (error.empty()) error = writer->close();
   result.objects = truth.objects();
-  markMotion(result.objects, scene, drive.times.back());
-  return error.empty() ? Result<DriveTruth>::ok(std::move(result)) : Result<DriveTruth>::fail(error);
+  result.end_time = drive.times.back();
+  markMotion(result.objects, scene, result.end_time);
+  return error;
 }
 
-WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive) {
-  return {drive.objects, drive.T_map_body, sampleSurfaces(scene, drive.T_world_body, {}),
+/// Where a log is written until it is whole, so that none that was broken off has its name. Pipes and the like have no
+/// such place.
+std::filesystem::path unfinished(const std::filesystem::path& log) {
+  std::error_code none;
+  const bool is_special = exists(log, none) && !is_regular_file(log, none);
+  return is_special ? log : std::filesystem::path(log.string() + ".part");
+}
+
+}  // namespace
+
+Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
+                            const Progress& progress) {
+  using Truth = Result<DriveTruth>;
+  const std::filesystem::path part = unfinished(log);
+  DriveTruth result;
+  std::string error = driveThrough(scene, options, part, progress, result);
+  if (error.empty()) error = writeRigBeside(log, options.sensors);
+  std::error_code problem;
+  if (!error.empty()) {
+    if (part != log) remove(part, problem);
+    return Truth::fail(error);
+  }
+  if (part != log) rename(part, log, problem);
+  return problem ? Truth::fail("cannot create " + log.string() + ": " + problem.message())
+                 : Truth::ok(std::move(result));
+}
+
+WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int threads) {
+  return {drive.objects, drive.T_map_body,
+          sampleSurfaces(scene, drive.T_world_body, drive.end_time, {.threads = threads}),
           makeQueries(scene, drive.objects)};
 }
 
@@ -327,7 +363,7 @@ Trajectory withGait(Trajectory T_world_body, double gait_deg) {
   if (gait_deg == 0) return T_world_body;
   return [T_world_body = std::move(T_world_body), gait_deg](double time) {
     constexpr double kStrides = 1.6, kBobPerDegree = 0.01;  // Hz, m
-    const double amplitude = gait_deg * std::numbers::pi / 180.0, phase = 2.0 * std::numbers::pi * kStrides * time;
+    const double amplitude = gait_deg * kDegree, phase = kTau * kStrides * time;
     Pose sway = Pose::Identity();
     sway.translation().z() = kBobPerDegree * gait_deg * std::sin(2.0 * phase);
     sway.linear() = (Eigen::AngleAxisd(0.7 * amplitude * std::sin(2.0 * phase + 1.0), Vec3::UnitY()) *

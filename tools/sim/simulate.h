@@ -39,15 +39,16 @@ struct DriveTruth {
   std::vector<TruthObject> objects;  // things with at least one point
   std::vector<Pose> T_map_body;      // one a frame
   std::vector<Pose> T_world_body;    // the same in the scene's frame
+  double end_time = 0;               // s, the last frame's
 };
 
-/// Drives through the scene and writes the LCM log, and rig.toml beside it where there are cameras. The same scene and
-/// options give the same bytes, whatever the number of threads.
+/// Drives through the scene and writes the LCM log (as <log>.part until it is whole), and <log stem>.rig.toml beside it
+/// where there are cameras. The same scene and options give the same bytes, whatever the number of threads.
 Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
                             const Progress& progress);
 
 /// The drive's truth with the reference cloud and the queries of the scene.
-WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive);
+WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int threads);
 
 /// The scene's trajectory on legs: roll and pitch of about `gait_deg` and some bob, at 1.6 strides a second.
 Trajectory withGait(Trajectory T_world_body, double gait_deg);

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <thread>
 
 #include "sim/motion.h"
 #include "sim/raycaster.h"
+#include "sim/sensor.h"
 #include "sim/world_surface.h"
 
 namespace hgg {
@@ -22,13 +22,15 @@ Scene frozen(const Scene& scene, double time) {
   return still;
 }
 
-/// From where a place is looked at: some of the viewpoints near it, near ones first.
+/// From where places are looked at.
 class Viewpoints {
  public:
   Viewpoints(const std::vector<Pose>& T_world_body, double reach) : reach_(reach) {
-    constexpr double kApart = 0.7;  // m
+    constexpr double kApart = 0.7;  // m; a second lap adds few
     for (const Pose& pose : T_world_body) {
-      if (points_.empty() || (pose.translation() - points_.back()).norm() > kApart) {
+      const bool is_new = std::ranges::none_of(
+          points_, [&](const Vec3& p) { return (pose.translation() - p).squaredNorm() < kApart * kApart; });
+      if (is_new) {
         points_.push_back(pose.translation());
       }
     }
@@ -42,18 +44,29 @@ class Viewpoints {
     return bounds;
   }
 
-  /// Empty when the place is out of reach. Remembers answers: not for many threads.
-  const std::vector<Vec3>& near(const Vec3& p) {
+  /// Whether any viewpoint within reach of `p` sees it: near ones first, but before them that which saw the last place
+  /// asked for. Remembers: not for many threads.
+  template <typename Sees>
+  bool anySees(const Vec3& p, Sees sees) {
     const Cell cell{static_cast<int>(std::floor(p.x() / kCell)), static_cast<int>(std::floor(p.y() / kCell))};
-    const auto known = cells_.find(cell);
-    return known != cells_.end() ? known->second : cells_.emplace(cell, choose(cell)).first->second;
+    auto known = cells_.find(cell);
+    if (known == cells_.end()) {
+      known = cells_.emplace(cell, nearFirst(cell)).first;
+    }
+    for (std::size_t& i : known->second) {
+      if (sees(points_[i])) {
+        std::swap(i, known->second.front());
+        return true;
+      }
+    }
+    return false;
   }
 
  private:
   using Cell = std::pair<int, int>;
   static constexpr double kCell = 2.0;
 
-  std::vector<Vec3> choose(const Cell& cell) const {
+  std::vector<std::size_t> nearFirst(const Cell& cell) const {
     const Eigen::Vector2d center = kCell * Eigen::Vector2d(cell.first + 0.5, cell.second + 0.5);
     std::vector<std::pair<double, std::size_t>> by_distance;
     for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -63,17 +76,16 @@ class Viewpoints {
       }
     }
     std::ranges::sort(by_distance);
-    // The nearest, and ever farther ones, so that the angles differ.
-    std::vector<Vec3> chosen;
-    for (std::size_t rank = 0; rank < by_distance.size(); rank = 2 * rank + 1) {
-      chosen.push_back(points_[by_distance[rank].second]);
+    std::vector<std::size_t> near;
+    for (const auto& [distance, i] : by_distance) {
+      near.push_back(i);
     }
-    return chosen;
+    return near;
   }
 
   double reach_;
   std::vector<Vec3> points_;
-  std::map<Cell, std::vector<Vec3>> cells_;
+  std::map<Cell, std::vector<std::size_t>> cells_;
 };
 
 /// Whether the view from `eye` to a point of a surface is free.
@@ -101,7 +113,7 @@ bool canSee(const RayCaster& caster, const World& world, const Vec3& eye, const 
 struct Sampler {
   const Scene& scene;
   const RayCaster& caster;
-  Viewpoints viewpoints;  // each its own: it remembers
+  Viewpoints viewpoints;  // each thread its own: they remember
   double spacing;
 
   std::vector<CloudPoint> sample(std::size_t first_solid, std::size_t end_solid, const Pose& T_map_world) {
@@ -118,7 +130,7 @@ struct Sampler {
           const bool is_turned_away = !object.foliage && normal.dot(eye - p) < 0.0;
           return !is_turned_away && canSee(caster, scene.world, eye, p);
         };
-        if (std::ranges::any_of(viewpoints.near(p), sees)) {
+        if (viewpoints.anySees(p, sees)) {
           const Eigen::Vector3f m = (T_map_world * p).cast<float>();
           cloud.push_back({m.x(), m.y(), m.z(), object.label, object.id});
         }
@@ -128,23 +140,17 @@ struct Sampler {
   }
 };
 
-/// All solids, in blocks over some threads; the order is that of the solids whatever their number.
-std::vector<CloudPoint> sampleAll(const Sampler& sampler, const Pose& T_map_world) {
+/// All solids, in blocks over the threads; the order is that of the solids whatever their number.
+std::vector<CloudPoint> sampleAll(const Sampler& sampler, const Pose& T_map_world, int threads) {
+  constexpr std::size_t kBlocks = 64;
   const std::size_t solids = sampler.scene.world.solids.size();
-  const std::size_t workers = std::max(1U, std::thread::hardware_concurrency()), blocks = 16 * workers;
-  std::vector<std::vector<CloudPoint>> parts(blocks);
-  std::vector<std::thread> threads;
-  for (std::size_t w = 0; w < workers; ++w) {
-    threads.emplace_back([&, w, mine = sampler]() mutable {
-      for (std::size_t b = w; b < blocks; b += workers) {
-        parts[b] = mine.sample(b * solids / blocks, (b + 1) * solids / blocks, T_map_world);
-      }
-    });
-  }
+  std::vector<std::vector<CloudPoint>> parts(kBlocks);
+  parallelFor(kBlocks, threads, [&](int block) {
+    const auto b = static_cast<std::size_t>(block);
+    Sampler mine = sampler;
+    parts[b] = mine.sample(b * solids / kBlocks, (b + 1) * solids / kBlocks, T_map_world);
+  });
   std::vector<CloudPoint> cloud;
-  for (std::size_t w = 0; w < workers; ++w) {
-    threads[w].join();
-  }
   for (const auto& part : parts) {
     cloud.insert(cloud.end(), part.begin(), part.end());
   }
@@ -153,20 +159,18 @@ std::vector<CloudPoint> sampleAll(const Sampler& sampler, const Pose& T_map_worl
 
 }  // namespace
 
-std::vector<CloudPoint> sampleSurfaces(const Scene& scene, const std::vector<Pose>& T_world_body,
+std::vector<CloudPoint> sampleSurfaces(const Scene& scene, const std::vector<Pose>& T_world_body, double end_time,
                                        const CloudOptions& options) {
-  constexpr double kFrame_s = 0.1;
   constexpr double kCoarser = 6.0;
-  const double end_time = options.end_time.value_or(kFrame_s * static_cast<double>(T_world_body.size() - 1));
   const Scene still = frozen(scene, end_time);
   const RayCaster caster(still);
   const Pose T_map_world = T_world_body.front().inverse();
   // A coarse cloud first: how many points there are is known only when the hidden ones are gone.
   Sampler sampler{still, caster, Viewpoints(T_world_body, options.reach), kCoarser * options.spacing};
-  const auto coarse = static_cast<double>(sampleAll(sampler, T_map_world).size());
+  const auto coarse = static_cast<double>(sampleAll(sampler, T_map_world, options.threads).size());
   const double expected = coarse * kCoarser * kCoarser / static_cast<double>(options.max_points);
   sampler.spacing = options.spacing * std::max(1.0, std::sqrt(expected));
-  return sampleAll(sampler, T_map_world);
+  return sampleAll(sampler, T_map_world, options.threads);
 }
 
 }  // namespace hgg

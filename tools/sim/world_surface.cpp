@@ -3,10 +3,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/angles.h"
+
 namespace hgg {
 namespace {
 
-constexpr double kTau = 2.0 * std::numbers::pi;
 using Visit = std::function<void(const Vec3&, const Vec3&)>;
 
 double steps(double length, double spacing) { return std::max(1.0, std::round(length / spacing)); }

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/angles.h"
 #include "sim/random.h"
 #include "sim/scene.h"
 #include "sim/worlds/outdoor.h"
@@ -8,7 +9,6 @@
 namespace hgg {
 namespace {
 
-constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr double kLapTime = 20.0;
 constexpr double kHalfLength = 15.0, kHalfWidth = 10.0;  // of the oval the sensor drives
 constexpr double kSensorHeight = 1.8;

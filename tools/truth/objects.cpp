@@ -1,7 +1,9 @@
 #include "truth/objects.h"
 
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "truth/poses.h"
 
@@ -10,6 +12,15 @@ namespace {
 
 using nlohmann::json;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+constexpr const char *kObjects = "gt_objects.json", *kPoses = "poses.txt", *kCloud = "cloud.ply",
+                     *kQueries = "queries.jsonl";
+
+std::string makeDirectory(const std::filesystem::path& dir) {
+  std::error_code error;
+  std::filesystem::create_directories(dir, error);
+  return error ? "cannot create " + dir.string() + ": " + error.message() : "";
+}
 
 json toJson(const TruthObject& object) {
   const RowMat3 cov = object.belief.cov;
@@ -89,19 +100,36 @@ std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std
 
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
                        const std::filesystem::path& dir) {
-  std::error_code error;
-  std::filesystem::create_directories(dir, error);
-  if (error) {
-    return "cannot create " + dir.string() + ": " + error.message();
+  const std::string dir_error = makeDirectory(dir);
+  if (!dir_error.empty()) {
+    return dir_error;
   }
-  const std::string objects_error = writeTruthObjects(objects, dir / "gt_objects.json");
-  return objects_error.empty() ? writePoses(T_map_body, dir / "poses.txt") : objects_error;
+  const std::string objects_error = writeTruthObjects(objects, dir / kObjects);
+  return objects_error.empty() ? writePoses(T_map_body, dir / kPoses) : objects_error;
+}
+
+std::string prepareTruth(const std::filesystem::path& dir) {
+  std::string message = makeDirectory(dir);
+  for (const char* name : {kObjects, kPoses, kCloud, kQueries}) {
+    std::error_code error;
+    std::filesystem::remove(dir / name, error);
+    if (message.empty() && error) {
+      message = "cannot remove " + (dir / name).string() + ": " + error.message();
+    }
+  }
+  if (!message.empty()) {
+    return message;
+  }
+  const bool is_writable = std::ofstream(dir / kPoses).good();
+  std::error_code none;
+  std::filesystem::remove(dir / kPoses, none);
+  return is_writable ? "" : "cannot write into " + dir.string();
 }
 
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir) {
   std::string error = writeTruth(truth.objects, truth.T_map_body, dir);
-  error = error.empty() ? writeCloud(truth.cloud, dir / "cloud.ply") : error;
-  return error.empty() ? writeQueries(truth.queries, dir / "queries.jsonl") : error;
+  error = error.empty() ? writeCloud(truth.cloud, dir / kCloud) : error;
+  return error.empty() ? writeQueries(truth.queries, dir / kQueries) : error;
 }
 
 }  // namespace hgg

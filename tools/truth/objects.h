@@ -53,6 +53,9 @@ struct WorldTruth {
   std::vector<CloudPoint> cloud;
   std::vector<TruthQuery> queries;
 };
+/// Makes the directory where it is missing, checks that files can be written there, and removes an older truth, so that
+/// it never stands beside what a later run leaves behind. Returns an error line, empty when done.
+std::string prepareTruth(const std::filesystem::path& dir);
 /// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply and queries.jsonl. Returns an
 /// error line, empty when done.
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir);

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "sim/worlds/indoor.h"
 
@@ -69,7 +70,7 @@ void addWalls(House& house) {
 }
 
 void addDoors(House& house) {
-  constexpr double kOpen = M_PI / 2;
+  constexpr double kOpen = std::numbers::pi / 2;
   house.addDoor({kWest, kSouth}, {kWest, kNorth}, kCorridor, 0.0);
   for (const double at : {kBedroomDoor, kBathDoor, kLargeBedroomDoor}) {
     house.addDoor({kWest, kCorridorNorth}, {kEast, kCorridorNorth}, at, kOpen);

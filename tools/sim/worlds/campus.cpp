@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "sim/worlds/outdoor.h"
 
@@ -70,7 +71,8 @@ class Builder {
   Spot beside(double s, double d, double turn) const {
     const WayPoint at = way_.at(s);
     const Vec2 right(at.along.y(), -at.along.x());
-    return stage_.spot(at.position + d * right, std::atan2(-right.y(), -right.x()) + (d < 0 ? M_PI : 0.0) + turn);
+    return stage_.spot(at.position + d * right,
+                       std::atan2(-right.y(), -right.x()) + (d < 0 ? std::numbers::pi : 0.0) + turn);
   }
 
   std::optional<std::size_t> put(Outdoor label, const Shapes& shapes, const Spot& spot, double gap) {
@@ -82,11 +84,11 @@ class Builder {
       for (const double x : {-17.0, 17.0}) {
         const double width = dice_.between(22.0, 28.0), depth = dice_.between(9.0, 13.0);
         put(Outdoor::kBuilding, houseShapes(dice_, width, depth),
-            stage_.spot(Vec2(x, side * (kHalfY + kPlaza)), -side * M_PI / 2), 2.0);
+            stage_.spot(Vec2(x, side * (kHalfY + kPlaza)), -side * std::numbers::pi / 2), 2.0);
       }
       put(Outdoor::kBuilding, houseShapes(dice_, dice_.between(14.0, 18.0), dice_.between(9.0, 13.0)),
           stage_.spot(Vec2(side * (kHalfX + kPlaza + dice_.between(0.0, 3.0)), dice_.between(-3.0, 3.0)),
-                      side > 0 ? M_PI : 0.0),
+                      side > 0 ? std::numbers::pi : 0.0),
           0.5);
     }
   }
@@ -97,8 +99,8 @@ class Builder {
       const double start = dice_.between(-12.0, 4.0), y = side * (kHalfY + dice_.between(4.0, 7.0));
       const std::size_t places = 5 + dice_.below(4);
       for (std::size_t i = 0; i < places; ++i) {
-        const Spot spot =
-            stage_.spot(Vec2(start + 1.15 * static_cast<double>(i), y), M_PI / 2 + dice_.between(-0.1, 0.1));
+        const Spot spot = stage_.spot(Vec2(start + 1.15 * static_cast<double>(i), y),
+                                      std::numbers::pi / 2 + dice_.between(-0.1, 0.1));
         parkBicycle(spot);
       }
     }
@@ -152,7 +154,7 @@ class Builder {
       if (groundAt(p) != Outdoor::kTerrain) {
         continue;
       }
-      const Spot spot = stage_.spot(p, dice_.between(-M_PI, M_PI));
+      const Spot spot = stage_.spot(p, dice_.between(-std::numbers::pi, std::numbers::pi));
       const double kind = dice_.between(0.0, 1.0);
       if (kind < 0.5) {
         putTree(stage_, treeShapes(dice_), spot, 2.2);

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/worlds/indoor.h"
 
@@ -65,9 +66,10 @@ class Builder {
   void addTicketMachines() {
     const double start = dice_.between(-10.0, 2.0);
     for (int i = 0; i < 5; ++i) {
-      put(Indoor::kTicketMachine, ticketMachineShapes(), {start + 1.5 * i, kHalfY - 0.5}, -M_PI / 2, 0.3);
+      put(Indoor::kTicketMachine, ticketMachineShapes(), {start + 1.5 * i, kHalfY - 0.5}, -std::numbers::pi / 2, 0.3);
     }
-    put(Indoor::kTicketMachine, ticketMachineShapes(), {dice_.between(-6.0, 6.0), -kHalfY + 0.5}, M_PI / 2, 0.3);
+    put(Indoor::kTicketMachine, ticketMachineShapes(), {dice_.between(-6.0, 6.0), -kHalfY + 0.5}, std::numbers::pi / 2,
+        0.3);
   }
 
   /// Steps up to the ends of the platform, between the rows.
@@ -78,7 +80,7 @@ class Builder {
       for (int i = 0; i < 10; ++i) {
         steps.push_back(block(kStep * i, 0, 0, kStep, 2.4, kRise * (i + 1)));
       }
-      put(Indoor::kStairs, steps, {side * 7.0, 0.0}, side > 0 ? 0.0 : M_PI, 0.2);
+      put(Indoor::kStairs, steps, {side * 7.0, 0.0}, side > 0 ? 0.0 : std::numbers::pi, 0.2);
     }
   }
 
@@ -87,8 +89,8 @@ class Builder {
     for (int i = 0; i + 1 < kColumns; ++i) {
       for (const double y : {-kRow, kRow}) {
         if (dice_.chance(0.75)) {
-          put(Indoor::kBench, indoorBenchShapes(1.8), {columnX(i) + 0.5 * kColumnStep, y}, y > 0 ? M_PI / 2 : -M_PI / 2,
-              0.4);
+          put(Indoor::kBench, indoorBenchShapes(1.8), {columnX(i) + 0.5 * kColumnStep, y},
+              y > 0 ? std::numbers::pi / 2 : -std::numbers::pi / 2, 0.4);
         }
       }
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace hgg {
 namespace {
@@ -321,11 +322,11 @@ Spot Furnisher::atWall(const Room& room, const Shapes& shapes, int wall) {
   const Vec2 slide = room.center() + Vec2(dice_.between(-1.0, 1.0) * free.x(), dice_.between(-1.0, 1.0) * free.y());
   switch (wall) {
     case 0:
-      return stage_.spot({slide.x(), room.lo.y() + back}, M_PI / 2);
+      return stage_.spot({slide.x(), room.lo.y() + back}, std::numbers::pi / 2);
     case 1:
-      return stage_.spot({room.hi.x() - back, slide.y()}, M_PI);
+      return stage_.spot({room.hi.x() - back, slide.y()}, std::numbers::pi);
     case 2:
-      return stage_.spot({slide.x(), room.hi.y() - back}, -M_PI / 2);
+      return stage_.spot({slide.x(), room.hi.y() - back}, -std::numbers::pi / 2);
     default:
       return stage_.spot({room.lo.x() + back, slide.y()}, 0.0);
   }
@@ -346,7 +347,7 @@ std::optional<Spot> Furnisher::inside(const Room& room, Indoor label, const Shap
   constexpr int kTries = 40;
   for (int i = 0; i < kTries; ++i) {
     const Vec2 p(dice_.between(room.lo.x(), room.hi.x()), dice_.between(room.lo.y(), room.hi.y()));
-    const Spot spot = stage_.spot(p, (dice_.chance(0.5) ? 0.0 : M_PI / 2) + dice_.between(-0.1, 0.1));
+    const Spot spot = stage_.spot(p, (dice_.chance(0.5) ? 0.0 : std::numbers::pi / 2) + dice_.between(-0.1, 0.1));
     if (fits(room, shapes, spot) && put(label, shapes, spot, gap)) {
       return spot;
     }
@@ -385,7 +386,7 @@ void Furnisher::tableWithChairs(const Room& room, double length, double width) {
     for (int i = 0; i < seats; ++i) {
       const double y = (i + 0.5 - 0.5 * seats) * (length / seats) + dice_.between(-0.05, 0.05);
       const Vec3 at = T_world_table * Vec3(side * (0.5 * width + dice_.between(0.4, 0.55)), y, 0.0);
-      const double yaw = table->yaw + (side > 0 ? M_PI : 0.0) + dice_.between(-0.15, 0.15);
+      const double yaw = table->yaw + (side > 0 ? std::numbers::pi : 0.0) + dice_.between(-0.15, 0.15);
       const Spot spot{at, yaw};
       const Shapes chair = chairShapes(dice_);
       if (dice_.chance(0.85) && fits(room, chair, spot)) {
@@ -405,7 +406,7 @@ void Furnisher::workplace(const Room& room) {
   const Spot screen{T_world_desk * Vec3(-0.15, dice_.between(-0.2, 0.2), 0.0), desk->yaw + dice_.between(-0.2, 0.2)};
   addObject(stage_.world(), objectOf(Indoor::kMonitor), placed(monitorShapes(dice_, kTableHeight), screen));
   const Spot seat{T_world_desk * Vec3(dice_.between(0.75, 0.95), dice_.between(-0.2, 0.3), 0.0),
-                  desk->yaw + M_PI + dice_.between(-0.5, 0.5)};
+                  desk->yaw + std::numbers::pi + dice_.between(-0.5, 0.5)};
   put(Indoor::kChair, officeChairShapes(dice_), seat, 0.13);
 }
 

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "sim/worlds/indoor.h"
 
@@ -83,7 +84,7 @@ void addWalls(House& house) {
 }
 
 void addDoors(House& house) {
-  constexpr double kOpen = M_PI / 2;
+  constexpr double kOpen = std::numbers::pi / 2;
   for (const double at : kDoors) {
     house.addDoor({0, kRingY0}, {kLengthX, kRingY0}, at, -kOpen);
     house.addDoor({0, kRingY1}, {kLengthX, kRingY1}, at, kOpen);

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/angles.h"
+
 namespace hgg {
 namespace {
 
-constexpr double kTau = 2.0 * std::numbers::pi;
 constexpr double kCell = 4.0;  // m, of the grid over the ways
 
 Shape moved(const Plane& plane, const Pose& T) { return Plane{T * plane.point, T.linear() * plane.normal}; }

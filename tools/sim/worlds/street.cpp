@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "sim/worlds/outdoor.h"
 
@@ -180,7 +181,8 @@ class Builder {
     if (kind < 0.3) {
       putTree(stage_, treeShapes(dice_), side.spot(s, sign * 6.0, 0.0), kGap);
     } else if (kind < 0.45) {
-      put(Outdoor::kTrafficSign, signShapes(dice_), side.spot(s, sign * 5.7, dice_.chance(0.5) ? kAlong : -M_PI), kGap);
+      put(Outdoor::kTrafficSign, signShapes(dice_),
+          side.spot(s, sign * 5.7, dice_.chance(0.5) ? kAlong : -std::numbers::pi), kGap);
     } else if (kind < 0.55) {
       put(Outdoor::kBin, binShapes(dice_), side.spot(s, sign * 5.9, facing_road), kGap);
     } else if (kind < 0.62) {
