@@ -67,6 +67,12 @@ TEST(Odometry, PresetsDriftAsPromised) {
   EXPECT_LT(poor, 6.0);
 }
 
+TEST(Odometry, EveryPresetThatIsNamedIsKnown) {
+  EXPECT_EQ(odometryPresetNames().size(), 4u);
+  for (const std::string& name : odometryPresetNames()) EXPECT_TRUE(odometryPreset(name)) << name;
+  EXPECT_FALSE(odometryPreset("superb"));
+}
+
 TEST(Odometry, BiasIsOfItsSizeAndOfEitherSign) {
   const auto truth = straight(100);
   double scale = 0, yaw_deg = 0;

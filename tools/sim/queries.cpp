@@ -265,6 +265,23 @@ struct Reading {
   bool anchor_desk_is_table;  // "next to the table" may mean a desk
 };
 
+/// All readings that differ; the plain one first.
+std::vector<Reading> readingsOf(const Classes& classes, const Classes& crowned) {
+  const auto has = [&](const std::string& name) {
+    return std::ranges::any_of(classes, [&](const auto& c) { return c.second.front().object->name == name; });
+  };
+  std::vector<Reading> readings{{&classes, false}};
+  if (has("desk")) {
+    readings.push_back({&classes, true});
+  }
+  if (has(kTree)) {
+    for (std::size_t i = 0, plain = readings.size(); i < plain; ++i) {
+      readings.push_back({&crowned, readings[i].anchor_desk_is_table});
+    }
+  }
+  return readings;
+}
+
 /// A query, or nothing: the answer must be of the class that the phrase names, not only something that may be meant by
 /// it.
 void add(std::vector<TruthQuery>& queries, ClassId label, const std::string& text, const Candidate* target) {
@@ -277,8 +294,8 @@ void add(std::vector<TruthQuery>& queries, ClassId label, const std::string& tex
 template <typename QueriesOf>
 std::vector<TruthQuery> agreed(const std::vector<Reading>& readings, QueriesOf queries_of) {
   std::vector<TruthQuery> queries = queries_of(readings.front());
-  for (const Reading& reading : readings) {
-    const std::vector<TruthQuery> others = queries_of(reading);
+  for (std::size_t i = 1; i < readings.size(); ++i) {
+    const std::vector<TruthQuery> others = queries_of(readings[i]);
     std::erase_if(queries, [&](const TruthQuery& query) {
       return std::ranges::none_of(
           others, [&](const TruthQuery& other) { return other.text == query.text && other.target == query.target; });
@@ -371,7 +388,7 @@ std::vector<TruthQuery> farthest(const Reading& reading, ClassId label) {
 std::vector<TruthQuery> makeQueries(const Scene& scene, const std::vector<TruthObject>& seen) {
   const World& world = scene.world;
   const Classes classes = candidatesByClass(world, seen), crowned = withCrowns(world, classes);
-  const std::vector<Reading> readings{{&classes, false}, {&classes, true}, {&crowned, false}, {&crowned, true}};
+  const std::vector<Reading> readings = readingsOf(classes, crowned);
   std::vector<TruthQuery> queries;
   const auto append = [&](const std::vector<TruthQuery>& more, std::size_t at_most) {
     queries.insert(queries.end(), more.begin(),

@@ -19,8 +19,8 @@ struct Motion {
 /// A world and the way a sensor takes through it. Times are in seconds from the start.
 struct Scene {
   World world;
-  std::function<Pose(double time)>
-      T_world_body;  // any time from one frame's before 0 on: a LiDAR sweeps before its frame; body x forward, z up
+  /// Body x forward, z up. For any time, also shortly before 0: the first frame's LiDAR sweep begins before it.
+  std::function<Pose(double time)> T_world_body;
   std::vector<Motion> motions = {};           // at most one an object; all other objects stay
   double duration = 0;                        // s, a whole tour: every loop closed, every change between laps seen
   std::string label_space = "semantickitti";  // or "indoor": the folder of classes.toml in firmware_cfg
