@@ -253,7 +253,7 @@ TEST(Evaluate, GeometryLeavesVegetationOut) {
       cloud.push_back({x, y, 1.5F, 70, 2});
     }
   }
-  ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {}, options.truth), "");
+  ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {Pose::Identity()}, options.truth), "");
   EXPECT_FALSE(evaluate(options)->geometry);
   ASSERT_EQ(writeCloud(cloud, options.truth / "cloud.ply"), "");
   const auto e = evaluate(options);
@@ -261,6 +261,11 @@ TEST(Evaluate, GeometryLeavesVegetationOut) {
   ASSERT_TRUE(e->geometry);
   EXPECT_LT(e->geometry->chamfer, 0.04);  // of points 0.05 m apart on one plane
   EXPECT_LE(e->geometry->reference_points, 41u * 41u);
+  // Driven by 30 m away, the floor lies where a reference need not reach: nothing is left to compare.
+  Pose far = Pose::Identity();
+  far.translation().x() = 30;
+  ASSERT_EQ(writePoses({far}, options.truth / "poses.txt"), "");
+  EXPECT_EQ(evaluate(options)->geometry->estimate_points, 0u);
 }
 
 TEST(Evaluate, CostIsReadFromBesideTheMapAndRetrievalFromAnswers) {
