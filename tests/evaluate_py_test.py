@@ -5,9 +5,11 @@ import json
 import math
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -19,14 +21,14 @@ sys.modules["evaluate"] = evaluate
 spec.loader.exec_module(evaluate)
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
-                      "calibration": {"mean_over_3": 12, "inside_90": 0.1}, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
+                      "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
           "classes": [], "odometry": None, "geometry": None, "retrieval": None,
-          "trajectory": {"ate_rmse": 0.5, "T_truth_map": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}}
+          "trajectory": {"ate_rmse": 0.5, "share": 0.75, "T_truth_map": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}}
 STATS = {"frames": 5, "frame_ms": {"p50": 3, "p99": 9}, "stage_ms": {"creation": {"p50": 2}}, "map_mb": 1.5, "peak_rss_mb": 20,
          "memory": [{"frame": 1, "map_mb": 1}, {"frame": 5, "map_mb": 1.5}], "time": [{"frame": 1, "mean_ms": 3, "max_ms": 4}]}
 
 SIM = r"""#!/bin/sh
-[ "$1" = --list ] && { printf 'worlds:\n  apartment\n  yard\nsensors:\n  lidar16 beams\n  lidar64 beams\n  rgbd camera\n'; exit 0; }
+[ "$1" = --list ] && { printf 'worlds:\n  apartment\n  campus\n  office\n  street\n  yard\nsensors:\n  lidar16 beams\n  lidar64 beams\n  rgbd camera\n'; exit 0; }
 echo "sim $*" >> CALLS
 for a in "$@"; do [ "$a" = BROKEN ] && { echo 'hgg-sim: broken on purpose' >&2; exit 2; }; done
 while [ $# -gt 0 ]; do
@@ -35,10 +37,28 @@ while [ $# -gt 0 ]; do
   shift
 done
 """
+HELP = """hggmap: LiDAR and odometry in, a probabilistic scene graph out
+Usage: hggmap [OPTIONS] SUBCOMMAND
+
+Options:
+  -h,--help                   Print this help message and exit
+
+Subcommands:
+  run                         Map live from LCM until Ctrl-C, then save
+  replay                      Map an LCM log, deterministically and
+                              align nothing, query nothing
+MORE
+Exit status: 0 done, 1 the answer is no, 2 bad input or usage.
+"""
 MAP = r"""#!/bin/sh
+for a in "$@"; do case "$a" in --help) cat <<'END'
+HELP
+END
+exit 0;; esac; done  # as CLI11 does: help wins over an unknown subcommand
 case "$1" in
   run) printf '[ablation]\nsymmetric_merge = false  # x\n'; exit 0;;
   replay) ;;
+  # align
   *) exit 2;;
 esac
 echo "map $*" >> CALLS
@@ -51,7 +71,8 @@ class Arithmetic(unittest.TestCase):
     def test_spread_is_mean_and_sample_deviation(self):
         self.assertEqual(evaluate.spread([1.0, 2.0, 3.0]), "2.00 ± 1.00")
         self.assertEqual(evaluate.spread([0.25]), "0.25")
-        self.assertEqual(evaluate.spread([None, 0.25]), "0.25")
+        self.assertEqual(evaluate.spread([None, 0.25]), "0.25 (1 of 2)")
+        self.assertEqual(evaluate.spread([1.0, None, 3.0]), "2.00 ± 1.41 (2 of 3)")
         self.assertEqual(evaluate.spread([]), "–")
         self.assertEqual(evaluate.spread([20000.0, 30000.0], 0), "2.50e+04 ± 7e+03")
 
@@ -77,6 +98,17 @@ class Arithmetic(unittest.TestCase):
         text = evaluate.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
         self.assertEqual(text, 'classes = "/x"\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 5\n[ablation]\nsymmetric_merge = true\n')
 
+    def test_a_path_is_known_by_what_is_in_its_files(self):
+        with tempfile.TemporaryDirectory() as folder:
+            files = Path(folder) / "gt.txt", Path(folder) / "odometry.txt"
+            for file in files:
+                file.write_text("1 0 0 0\n")
+            drive = evaluate.Drive("along", "lidar64", 1, 0, False, tuple(map(str, files)))
+            before = drive.identity()
+            self.assertEqual(drive.identity(), before)
+            files[1].write_text("1 0 0 1\n")
+            self.assertNotEqual(drive.identity(), before)
+
     def test_tables_are_markdown(self):
         table = evaluate.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
         self.assertEqual(table.markdown(), "| world | F1 |\n| --- | ---: |\n| yard | 1.00 |")
@@ -90,19 +122,35 @@ class Command(unittest.TestCase):
         self.calls = self.dir / "calls.txt"
         self.build = self.dir / "build"
         self.build.mkdir()
+        self.commands = []
         for name, text in (("hgg-sim", SIM), ("hggmap", MAP), ("hgg-eval", EVAL), ("hgg-convert", EVAL)):
             self.program(name, text)
 
     def program(self, name, text):
+        text = text.replace("HELP", HELP.strip()).replace("MORE\n", "".join(f"  {word}  Does it\n" for word in self.commands) + "\n")
         text = text.replace("CALLS", str(self.calls)).replace("STATS", json.dumps(STATS)).replace("SCORES", json.dumps(SCORES))
         (self.build / name).write_text(text)
         (self.build / name).chmod(0o755)
 
-    def run_it(self, *arguments):
+    def aligning(self, answer):
+        """A mapper that has the command align."""
+        self.commands = ["align"]
+        self.program("hggmap", MAP.replace("# align", f"align) {answer};;"))
+
+    def command(self, *arguments):
         command = [sys.executable, REPO / "tools" / "evaluate.py", "--build", self.build, "--out", self.dir / "out", "--data", self.dir / "none",
                    "--jobs", "2", *arguments]
-        done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+        return {"args": list(map(str, command)), "text": True, "env": {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}}
+
+    def run_it(self, *arguments):
+        done = subprocess.run(capture_output=True, **self.command(*arguments))
         return done.returncode, done.stdout, done.stderr
+
+    def document(self):
+        return (self.dir / "out" / "evaluation.md").read_text()
+
+    def workshop(self, keep_gb=1):
+        return evaluate.Workshop(self.build, self.dir / "out", keep_gb, 1)
 
     def count(self, program):
         return sum(line.startswith(program) for line in self.calls.read_text().splitlines())
@@ -111,7 +159,8 @@ class Command(unittest.TestCase):
         code, _, errors = self.run_it("--quick")
         self.assertEqual(code, 0, errors)
         text = (self.dir / "out" / "evaluation.md").read_text()
-        for part in ("## Objects, by world and odometry", "| yard | lidar64 | true | 4 ± 0 | 0.25 ± 0.00 | 1.00 ± 0.00 | 0.40 ± 0.00 | 0.50 ± 0.00 |",
+        for part in ("## Objects, by world and odometry", "| yard | lidar64 | true | 4 ± 0 | 0.25 ± 0.00 | 1.00 ± 0.00 | 0.40 ± 0.00 | 0.50 ± 0.00 | 0.30 ± 0.00 | 12 ± 0 | 0.10 ± 0.00 | 0.07 ± 0.00 |\n",
+                     "| 0.07 ± 0.00 | 6 ± 0 |\n", "| yard | good | 0.75 ± 0.00 | not yet |", "| programs | hgg-sim ",
                      "| apartment | good | symmetric average, uniform weights | not yet |", "| yard | yes | yes | not yet |",
                      "same place, two drives | not yet", "| yard | lidar64 | 5 | 3.0 | 9.0 | 2.0 | not yet | not yet | 1.50 | 1.50 | 20 |",
                      "--quick --only objects", "seeds | 1, 2"):
@@ -143,6 +192,154 @@ class Command(unittest.TestCase):
         self.run_it("--quick", "--only", "niw", "--worlds", "yard")
         self.assertEqual(self.count("sim"), 2)  # a drive a seed holds every odometry quality
         self.assertEqual(self.count("map"), 8)  # with and without the switch
+
+    def test_a_changed_evaluator_scores_the_same_maps_again(self):
+        self.run_it("--quick", "--only", "objects")
+        sims, maps, evals = self.count("sim"), self.count("map"), self.count("eval")
+        self.program("hgg-eval", EVAL + "# changed\n")
+        self.run_it("--quick", "--only", "objects")
+        self.assertEqual((self.count("sim"), self.count("map"), self.count("eval")), (sims, maps, 2 * evals))
+
+    def test_a_log_that_was_dropped_is_simulated_again_for_the_score(self):
+        self.run_it("--quick", "--only", "objects", "--keep-gb", "0")
+        sims, maps = self.count("sim"), self.count("map")
+        self.program("hgg-eval", EVAL.replace("echo 'SC", "for a in \"$@\"; do case $a in *.lcm) cat $a > /dev/null || exit 2;; esac; done; echo 'SC"))
+        code, _, errors = self.run_it("--quick", "--only", "objects")
+        self.assertEqual(code, 0, errors)
+        self.assertEqual((self.count("sim"), self.count("map")), (2 * sims, maps))
+
+    def test_keys_cover_arguments_config_and_machine(self):
+        workshop, run = self.workshop(), evaluate.Run(evaluate.Drive("yard", "lidar64", 1), "good")
+        self.addCleanup(lambda kept=dict(vars(evaluate)): vars(evaluate).update(kept))
+        key, score = workshop.map_dir(run), workshop.run_dir(run)
+        evaluate.radius_of = lambda world: 2.5
+        self.assertNotEqual(workshop.run_dir(run), score)
+        self.assertEqual(workshop.map_dir(run), key)
+        evaluate.beam_spacing_of = lambda sensor, world: 7.0
+        self.assertNotEqual(workshop.map_dir(run), key)
+        workshop.time(run)
+        evaluate.machine = lambda: "another"
+        workshop.time(run)
+        self.assertEqual(len(list(workshop.map_dir(run).glob("alone_*.json"))), 2)
+
+    def test_commands_are_those_the_help_lists(self):
+        self.assertEqual(self.workshop().commands, {"run", "replay"})
+        self.aligning("exit 0")
+        self.assertEqual(self.workshop().commands, {"run", "replay", "align"})
+
+    def test_a_failed_timing_leaves_the_document(self):
+        self.program("hggmap", MAP.replace("replay) ;;", "replay) case \"$*\" in */alone) echo no time >&2; exit 2;; esac;;"))
+        code, _, errors = self.run_it("--quick")
+        self.assertEqual(code, 1)
+        self.assertIn("no time", errors)
+        self.assertIn("| yard | lidar64 | failed |", self.document())
+        self.assertIn("| yard | lidar64 | true | 4 ± 0 |", self.document())
+
+    def test_a_failed_alignment_leaves_the_document(self):
+        for answer, told in (("echo no maps >&2; exit 2", "no maps"), ("echo '{}'", "does not say"), ("echo nonsense", "not JSON"),
+                             ("echo '{\"accepted\": true, \"T_a_b\": null}'", "TypeError")):
+            self.aligning(answer)
+            code, _, errors = self.run_it("--quick")
+            self.assertEqual(code, 1, answer)
+            self.assertIn(told, errors)
+            self.assertIn("| same place, two drives | failed |", self.document())
+
+    def test_a_refused_alignment_has_no_transform(self):
+        self.aligning("echo '{\"accepted\": false, \"T_a_b\": null, \"ms\": 2}'; exit 1")
+        code, _, errors = self.run_it("--quick")
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| same place, two drives | 4 | 0 | 0 | – | – | 2.0 ± 0.0 |", self.document())
+
+    def test_an_evaluator_that_says_something_else_leaves_the_document(self):
+        for scores in ("{}", "[]", '{"overall": {}, "classes": []}', "", '{"overall": {"missed": 1, "ghosts": [], "matches": []}, "classes": []}'):
+            self.program("hgg-eval", EVAL.replace("SCORES", scores))
+            code, _, errors = self.run_it("--quick")
+            self.assertEqual(code, 1, scores)
+            self.assertIn("hgg-eval --map", errors)
+            self.assertIn("| yard | lidar64 | true | failed |", self.document())
+
+    def real_data(self):
+        data = self.dir / "data"
+        (data / "kitti_0001" / "frames").mkdir(parents=True)
+        for name in ("poses.txt", "odometry.txt", "boxes.csv"):
+            (data / "kitti_0001" / name).write_text("1\n")
+        (data / "unpack.py").write_text("")
+        return data
+
+    def test_real_data_that_fails_is_told(self):
+        data = self.real_data()
+        arguments = ["--only", "real", "--data", data]
+        code, _, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        self.program("hgg-convert", "#!/bin/sh\necho no boxes >&2; exit 2\n")
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 1)
+        self.assertIn("no boxes", errors)
+        self.assertIn("| true poses | failed |", out)
+        (data / "unpack.py").write_text("import sys; sys.exit('no frames')")
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 1)
+        self.assertIn("no frames", errors)
+
+    def test_real_data_is_known_by_its_content(self):
+        data = self.real_data()
+        self.run_it("--only", "real", "--data", data)
+        maps = self.count("map")
+        self.run_it("--only", "real", "--data", data)
+        self.assertEqual(self.count("map"), maps)
+        for times, name in enumerate(("poses.txt", "boxes.csv"), 2):
+            (data / "kitti_0001" / name).write_text("2\n")
+            self.run_it("--only", "real", "--data", data)
+            self.assertEqual(self.count("map"), times * maps, name)
+
+    def test_logs_of_another_simulator_go_first_then_the_oldest(self):
+        workshop = self.workshop(keep_gb=20e-9)
+        drives = [evaluate.Drive("yard", "lidar64", seed) for seed in (1, 2, 3)]
+        folders = [workshop.simulate(drive) for drive in drives]
+        foreign = workshop.out / "drives" / "0123abcd-0"
+        foreign.mkdir()
+        for age, folder in enumerate([*folders, foreign]):
+            (folder / "log.lcm").write_text("ten bytes\n")
+            os.utime(folder / "log.lcm", (1000 + age, 1000 + age))
+        (workshop.out / "drives" / "gone").mkdir()
+        (workshop.out / "drives" / "gone" / "log.lcm").symlink_to("nowhere")
+        workshop.in_use = [drives[0]]
+        workshop.release()
+        self.assertEqual([f.exists() for f in [*folders, foreign]], [True, False, True, False])
+
+    def test_sensors_are_compared_in_two_worlds(self):
+        self.assertEqual(self.run_it("--only", "sensors", "--seeds", "1")[0], 0)
+        worlds = lambda: {line.split()[1] for line in self.calls.read_text().splitlines() if line.startswith("sim")}
+        self.assertEqual(worlds(), {"street", "office"})
+        self.run_it("--only", "sensors", "--seeds", "1", "--worlds", "campus")
+        self.assertEqual(worlds(), {"street", "office", "campus"})
+        self.run_it("--only", "sensors", "--seeds", "1", "--full")
+        self.assertEqual(worlds(), {"street", "office", "campus", "apartment"})
+
+    def test_one_real_path_is_enough(self):
+        folder = self.dir / "data" / "kitti_trajectories"
+        folder.mkdir(parents=True)
+        for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
+            (folder / f"{name}.txt").write_text("1\n")
+        arguments = ["--only", "trajectory", "--seeds", "1", "--worlds", "yard", "--data", self.dir / "data"]
+        self.assertNotIn("along KITTI 05", self.run_it(*arguments)[1])
+        self.assertIn("along KITTI 05", self.run_it(*arguments, "--full")[1])
+
+    def test_an_interrupt_ends_everything_with_one_line(self):
+        self.program("hggmap", MAP.replace("replay) ;;", f"replay) echo $$ >> {self.dir}/pids; exec sleep 60;;"))
+        work = subprocess.Popen(stdout=subprocess.PIPE, stderr=subprocess.PIPE, **self.command("--quick"),
+                                preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
+        pids, patience = self.dir / "pids", time.monotonic() + 20
+        while (not pids.exists() or len(pids.read_text().split()) < 2) and time.monotonic() < patience:
+            time.sleep(0.02)
+        work.send_signal(signal.SIGINT)
+        _, errors = work.communicate(timeout=20)
+        self.assertEqual((work.returncode, errors), (130, "stopped; the same command goes on where it was\n"))
+        self.assertEqual(len(pids.read_text().split()), 2)  # nothing was started after it
+        for pid in pids.read_text().split():
+            self.assertRaises(ProcessLookupError, os.kill, int(pid), 0)
+        self.program("hggmap", MAP)
+        self.assertEqual(self.run_it("--quick")[0], 0)
 
     def test_a_failed_run_is_shown_and_told(self):
         self.program("hgg-sim", SIM.replace("BROKEN", "apartment"))

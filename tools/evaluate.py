@@ -5,9 +5,9 @@ examples: tools/evaluate.py                      the whole matrix (hours; stops 
           tools/evaluate.py --quick              a small matrix, for CI (minutes)
           tools/evaluate.py --only niw,retrieval  some tables, printed and not written to the document
 
-Results and logs are kept in --out under the hash of what made them (programs, arguments, config): a run that was interrupted
-goes on, a changed program is measured again. Standard library only.
-Exit codes: 0 done, 1 a run failed (the tables say which), 2 bad usage.
+Logs, maps and results are kept in --out, each under the hash of what made it (programs, arguments, config): a run that was
+interrupted goes on, a changed program is measured again, a changed hgg-eval on the maps there are. Standard library only.
+Exit codes: 0 done, 1 something failed (the tables say where, the end says why), 2 bad usage, 130 stopped.
 """
 import argparse
 import concurrent.futures
@@ -20,6 +20,7 @@ import os
 import platform
 import re
 import shutil
+import signal
 import statistics
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 INDOOR = {"apartment", "office", "hall"}
 ODOMETRY = ["true", "excellent", "good", "poor"]
+SENSOR_WORLDS = ["street", "office"]  # --full and --worlds take others
 SENSOR_FRAMES = 300
 NOT_YET = "not yet"
 FAILED = "failed"
@@ -51,6 +53,11 @@ class Drive:
         where = ["--path", *self.path] if self.path else [self.world]
         return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
                 *(["--dynamics"] if self.busy else [])]
+
+    def identity(self):
+        """What the log depends on: the arguments, with files by their content."""
+        paths = set(self.path)
+        return [hash_of(a) if a in paths else a for a in self.arguments()]
 
     def name(self):
         return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}seed {self.seed}"
@@ -121,6 +128,24 @@ class CommandFailed(Exception):
     pass
 
 
+class Stopped(KeyboardInterrupt):
+    """Somebody asked for the end; nothing may take it for a failure."""
+
+
+FAULTS = (CommandFailed, OSError, ValueError, LookupError, TypeError, AttributeError, ArithmeticError)  # what a bad answer can lead to
+
+
+def told(error):
+    return str(error) if isinstance(error, CommandFailed) else f"{type(error).__name__}: {error}"
+
+
+def parsed(text, command):
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise CommandFailed(f"{command}: not JSON: {error}") from error
+
+
 class Workshop:
     """Runs programs and remembers what came out."""
 
@@ -128,9 +153,10 @@ class Workshop:
         self.build, self.out, self.keep_bytes, self.threads = Path(build), Path(out), keep_gb * 1e9, threads
         self.programs = {name: hash_of(self.build / name) for name in ("hgg-sim", "hggmap", "hgg-eval")}
         self.config_keys = self._config_keys()
-        self.commands = {name for name in ("query", "align") if self._has_command(name)}
-        self.pinned = set()
-        self._lock = threading.Lock()
+        self.commands = self._commands()
+        self.pinned, self.in_use = set(), []  # drives
+        self.errors = []
+        self._lock, self._stopping, self._children = threading.Lock(), False, set()
 
     def _config_keys(self):
         printed = subprocess.run([self.build / "hggmap", "run", "--print-config"], capture_output=True, text=True).stdout
@@ -141,22 +167,64 @@ class Workshop:
                 keys.add(section + line.split(" = ")[0])
         return keys
 
-    def _has_command(self, name):
-        return subprocess.run([self.build / "hggmap", name, "--help"], capture_output=True).returncode == 0
+    def _commands(self):
+        """The subcommands in the help; `hggmap WORD --help` succeeds for every word."""
+        text = subprocess.run([self.build / "hggmap", "--help"], capture_output=True, text=True).stdout
+        return set(re.findall(r"^  (\w+)", text.partition("\nSubcommands:\n")[2].partition("\n\n")[0], re.M))
 
     def has_switches(self, switches):
         return all(key in self.config_keys for key, _ in switches)
 
-    def call(self, program, *arguments, accept=(0,)):
-        command = [str(self.build / program), *map(str, arguments)]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode not in accept:
-            reason = (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[-1]
+    def execute(self, command, accept=(0,)):
+        """What the command printed. It is out of the terminal's reach: Ctrl-C ends it through halt(), never half way to success."""
+        command = list(map(str, command))
+        with self._lock:
+            if self._stopping:
+                raise Stopped
+            child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                     start_new_session=True)
+            self._children.add(child)
+        try:
+            printed, complaints = child.communicate()
+        except BaseException:
+            child.kill()
+            child.wait()
+            raise
+        finally:
+            self._children.discard(child)
+        if self._stopping:
+            raise Stopped
+        if child.returncode not in accept:
+            reason = (complaints.strip().splitlines() or [f"exit {child.returncode}"])[-1]
             raise CommandFailed(f"{' '.join(command)}: {reason}")
-        return done.stdout
+        return printed
+
+    def call(self, program, *arguments, accept=(0,)):
+        return self.execute([self.build / program, *arguments], accept)
+
+    def halt(self):
+        """Ends what is running and lets nothing start any more."""
+        with self._lock:
+            self._stopping = True
+            children = list(self._children)
+        for child in children:
+            child.terminate()
+        patience = time.monotonic() + 5
+        while any(child.poll() is None for child in children) and time.monotonic() < patience:
+            time.sleep(0.05)
+        for child in children:
+            child.kill()
+
+    def tried(self, what, make):
+        """make(), or None with the reason kept for the end."""
+        try:
+            return make()
+        except FAULTS as error:
+            self.errors.append(f"{what}: {told(error)}")
+            return None
 
     def drive_dir(self, drive):
-        return self.out / "drives" / digest(self.programs["hgg-sim"], *drive.arguments())
+        return self.out / "drives" / f"{self.programs['hgg-sim'][:8]}-{digest(*drive.identity())}"
 
     def simulate(self, drive):
         """Makes log.lcm and truth/ where they are missing."""
@@ -169,12 +237,26 @@ class Workshop:
         (where / "done").write_text(" ".join(drive.arguments()) + "\n")
         return where
 
-    def release(self, drive):
-        """Drops the log when the cache has grown too large; the results stay."""
+    def release(self):
+        """Drops logs while the cache is too large, those of another hgg-sim first, then the oldest; the results stay."""
         with self._lock:
-            size = sum(f.stat().st_size for f in (self.out / "drives").rglob("log.lcm"))
-            if size > self.keep_bytes and drive not in self.pinned:
-                shutil.rmtree(self.drive_dir(drive), ignore_errors=True)
+            kept = {self.drive_dir(drive).name for drive in [*self.pinned, *self.in_use]}
+            found, size = [], 0
+            for log in (self.out / "drives").glob("*/log.lcm"):
+                try:
+                    stat = log.stat()
+                except OSError:
+                    continue  # another process was faster
+                size += stat.st_size
+                ours = log.parent.name.startswith(self.programs["hgg-sim"][:8] + "-")
+                if log.parent.name not in kept:
+                    found.append((ours, stat.st_mtime, stat.st_size, log.parent))
+            for _, _, bytes_, where in sorted(found):
+                if size <= self.keep_bytes:
+                    break
+                (where / "done").unlink(missing_ok=True)
+                shutil.rmtree(where, ignore_errors=True)
+                size -= bytes_
 
     def config(self, run):
         space = "indoor" if is_indoor(run.drive.world) else "semantickitti"
@@ -186,56 +268,91 @@ class Workshop:
             values["creation.beam_spacing_deg"] = str(beams)
         return set_keys((folder / "hggmap.toml").read_text(), values)
 
-    def run_dir(self, run):
-        classes = hash_of(REPO / "firmware_cfg" / ("indoor" if is_indoor(run.drive.world) else "semantickitti") / "classes.toml")
-        return self.out / "runs" / digest(self.drive_dir(run.drive).name, self.programs["hggmap"], self.programs["hgg-eval"],
-                                          self.config(run), classes)
+    # What the programs are told. The names of files are arguments here, so that the same lines make the command and its key.
 
-    def evaluate(self, run):
-        """The figures of a run, from the cache or by making them. The map stays beside them."""
-        where = self.run_dir(run)
-        result = where / "result.json"
-        if result.exists():
-            return json.loads(result.read_text())
+    def replay_command(self, drive, where, out):
+        return ["replay", drive / "log.lcm", "--config", where / "config.toml", "--out", out]
+
+    def query_command(self, drive, where):
+        return ["query", where / "map.hgg", "--batch", drive / "truth" / "queries.jsonl"]
+
+    def score_command(self, run, drive, where, out, answers):
+        return ["--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory", where / "trajectory.tum",
+                "--log", drive / "log.lcm", "--odometry-channel", run.channel(), "--radius", radius_of(run.drive.world),
+                "--spacing", spacing_of(run.drive.world), "--html", out / "report.html", "--title", run.name(), "--json",
+                *(["--answers", out / "answers.jsonl"] if answers else [])]
+
+    def align_command(self, a, b):
+        return ["align", a / "map.hgg", b / "map.hgg", "--json"]
+
+    def map_dir(self, run):
+        drive, where = Path("DRIVE"), Path("MAP")
+        classes = hash_of(REPO / "firmware_cfg" / ("indoor" if is_indoor(run.drive.world) else "semantickitti") / "classes.toml")
+        return self.out / "maps" / digest(self.drive_dir(run.drive).name, self.programs["hgg-sim"], self.programs["hggmap"],
+                                          *words(self.replay_command(drive, where, where)), self.config(run), classes)
+
+    def run_dir(self, run):
+        drive, where, out = Path("DRIVE"), Path("MAP"), Path("OUT")
+        asked = "query" in self.commands
+        return self.out / "runs" / digest(self.map_dir(run).name, self.programs["hgg-eval"],
+                                          *words(self.score_command(run, drive, where, out, asked)),
+                                          *(words(self.query_command(drive, where)) if asked else []))
+
+    def map(self, run):
+        """The folder of the run's map, which is made where it is missing."""
+        where = self.map_dir(run)
+        if (where / "done").exists():
+            return where
         drive = self.simulate(run.drive)
         shutil.rmtree(where, ignore_errors=True)
         where.mkdir(parents=True)
         (where / "config.toml").write_text(self.config(run))
-        self.call("hggmap", "replay", drive / "log.lcm", "--config", where / "config.toml", "--out", where)
-        answers = self._answers(where, drive)
-        scores = self.call("hgg-eval", "--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory",
-                           where / "trajectory.tum", "--log", drive / "log.lcm", "--radius", radius_of(run.drive.world),
-                           "--odometry-channel", run.channel(), "--spacing", spacing_of(run.drive.world), "--html", where / "report.html",
-                           "--title", run.name(), "--json", *answers)
-        figures = compact(json.loads(scores))
+        self.call("hggmap", *self.replay_command(drive, where, where))
+        (where / "done").write_text(run.name() + "\n")
+        return where
+
+    def evaluate(self, run):
+        """The figures of a run, from the cache or by making them. The report stays beside them."""
+        out = self.run_dir(run)
+        result = out / "result.json"
+        if result.exists():
+            return json.loads(result.read_text())
+        drive, where = self.simulate(run.drive), self.map(run)
+        shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
+        answers = "query" in self.commands and (drive / "truth" / "queries.jsonl").exists()
+        if answers:
+            (out / "answers.jsonl").write_text(self.call("hggmap", *self.query_command(drive, where), accept=(0, 1)))
+        command = self.score_command(run, drive, where, out, answers)
+        figures = compact(self.call("hgg-eval", *command), f"hgg-eval {' '.join(words(command))}")
         save(result, figures)
         return figures
 
-    def _answers(self, where, drive):
-        queries = drive / "truth" / "queries.jsonl"
-        if not queries.exists() or "query" not in self.commands:
-            return []
-        text = self.call("hggmap", "query", where / "map.hgg", "--batch", queries, accept=(0, 1))
-        (where / "answers.jsonl").write_text(text)
-        return ["--answers", where / "answers.jsonl"]
-
     def time(self, run):
         """stats.json of a replay that had the machine to itself."""
-        where = self.run_dir(run)
-        result = where / "alone.json"
+        where = self.map(run)
+        result = where / f"alone_{digest(machine())}.json"
         if not result.exists():
             drive = self.simulate(run.drive)
-            self.call("hggmap", "replay", drive / "log.lcm", "--config", where / "config.toml", "--out", where / "alone")
-            save(result, json.loads((where / "alone" / "stats.json").read_text()))
+            self.call("hggmap", *self.replay_command(drive, where, where / "alone"))
+            save(result, parsed((where / "alone" / "stats.json").read_text(), f"hggmap replay of {run.name()}, stats.json"))
+            shutil.rmtree(where / "alone")
         return json.loads(result.read_text())
 
     def align(self, run_a, run_b):
         """The answer of hggmap align, cached beside map b."""
-        a, b = self.run_dir(run_a), self.run_dir(run_b)
-        result = b / f"align_{a.name}.json"
+        a, b = self.map(run_a), self.map(run_b)
+        result = b / f"align_{digest(a.name, *words(self.align_command(Path('A'), Path('B'))))}.json"
         if not result.exists():
-            save(result, json.loads(self.call("hggmap", "align", a / "map.hgg", b / "map.hgg", "--json", accept=(0, 1))))
+            answer = parsed(self.call("hggmap", *self.align_command(a, b), accept=(0, 1)), f"hggmap align of {run_a.name()} and {run_b.name()}")
+            if not isinstance(answer, dict) or "accepted" not in answer:
+                raise CommandFailed(f"hggmap align of {run_a.name()} and {run_b.name()}: the answer does not say if it is accepted")
+            save(result, answer)
         return json.loads(result.read_text())
+
+
+def words(arguments):
+    return list(map(str, arguments))
 
 
 def save(path, data):
@@ -245,11 +362,15 @@ def save(path, data):
     part.rename(path)
 
 
-def compact(scores):
+def compact(printed, command):
     """hgg-eval's answer without its lists of objects."""
-    for score in [scores["overall"], *scores["classes"]]:
-        score["missed"], score["ghosts"] = len(score["missed"]), len(score["ghosts"])
-        del score["matches"]
+    scores = parsed(printed, command)
+    try:
+        for score in [scores["overall"], *scores["classes"]]:
+            score["missed"], score["ghosts"] = len(score["missed"]), len(score["ghosts"])
+            del score["matches"]
+    except (LookupError, TypeError) as error:
+        raise CommandFailed(f"{command}: its JSON is not as expected: {told(error)}") from error
     return scores
 
 
@@ -278,17 +399,29 @@ def run_all(workshop, runs, jobs):
     progress, figures = Progress(sum(map(len, by_drive.values()))), {}
 
     def work(drive):
-        for run in by_drive[drive]:
-            try:
-                figures[run] = workshop.evaluate(run)
-            except (CommandFailed, OSError, ValueError) as error:
-                figures[run] = {"error": str(error)}
-            progress.step(run.name())
-        workshop.release(drive)
+        workshop.in_use.append(drive)
+        try:
+            for run in by_drive[drive]:
+                try:
+                    figures[run] = workshop.evaluate(run)
+                except FAULTS as error:
+                    figures[run] = {"error": f"{run.name()}: {told(error)}"}
+                progress.step(run.name())
+        except Stopped:
+            return
+        workshop.in_use.remove(drive)
+        try:
+            workshop.release()
+        except OSError:
+            pass  # a file of a drive is missing; its runs have said so
 
     drives = sorted(by_drive, key=lambda d: d not in workshop.pinned)
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        list(pool.map(work, drives))
+        try:
+            list(pool.map(work, drives))
+        except KeyboardInterrupt:
+            workshop.halt()
+            raise
     return figures
 
 
@@ -302,16 +435,16 @@ def dig(figures, path):
 
 
 def spread(values, digits=2):
-    """Mean and sample deviation: "0.91 ± 0.02"."""
-    values = [v for v in values if v is not None]
-    if not values:
+    """Mean and sample deviation: "0.91 ± 0.02"; "0.91 ± 0.02 (2 of 3)" where one has no value."""
+    there = [v for v in values if v is not None]
+    if not there:
         return "–"
-    mean = statistics.fmean(values)
+    mean = statistics.fmean(there)
     text = f"{mean:.{digits}f}" if abs(mean) < 1e4 else f"{mean:.2e}"
-    if len(values) < 2:
-        return text
-    deviation = statistics.stdev(values)
-    return f"{text} ± {deviation:.{digits}f}" if abs(mean) < 1e4 else f"{text} ± {deviation:.0e}"
+    if len(there) > 1:
+        deviation = statistics.stdev(there)
+        text += f" ± {deviation:.{digits}f}" if abs(mean) < 1e4 else f" ± {deviation:.0e}"
+    return text if len(there) == len(values) else f"{text} ({len(there)} of {len(values)})"
 
 
 def cells(results, columns):
@@ -340,8 +473,8 @@ class Table:
 
 OBJECT_COLUMNS = [("overall.truth", 0), ("overall.position_error.mean", 2), ("overall.recall", 2), ("overall.precision", 2),
                   ("overall.f1", 2), ("overall.extent_error.mean", 2), ("overall.calibration.mean_over_3", 0),
-                  ("overall.calibration.inside_90", 2)]
-OBJECT_HEADER = ["objects", "position, m", "recall", "precision", "F1", "extent, m", "NEES / 3", "inside 90 %"]
+                  ("overall.calibration.inside_90", 2), ("overall.calibration.mean_sigma", 2)]
+OBJECT_HEADER = ["objects", "position, m", "recall", "precision", "F1", "extent, m", "NEES / 3", "inside 90 %", "sigma, m"]
 
 
 class Matrix:
@@ -371,7 +504,7 @@ class Matrix:
         return self.args.odometry if self.args.full else [o for o in self.args.odometry if o == "good"] or self.args.odometry[:1]
 
     def sensor_runs(self):
-        return [run for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()
+        return [run for world in self.args.sensor_worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()
                 for run in self.runs(world, sensor, odometry, frames=self.sensor_frames())]
 
     def sensor_frames(self):
@@ -409,7 +542,7 @@ class Matrix:
         folder = self.args.data / "kitti_trajectories"
         if self.args.quick or not folder.is_dir():
             return []
-        files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in ("05", "07")]
+        files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in (("05", "07") if self.args.full else ("07",))]
         return [Run(Drive(f"along KITTI {n}", "lidar64", seed, self.args.frames, False, (gt, odometry)), "real front-end")
                 for n, gt, odometry in files for seed in self.args.seeds]
 
@@ -424,26 +557,29 @@ class Matrix:
         return Table("objects", "Objects, by world and odometry", f"""
 Things of the same class within {radius_of('street')} m (outdoors) or {radius_of('office')} m (indoors), closest pairs first. The map is laid over the truth by its trajectory
 before matching. Extent: 2-Wasserstein distance to the true Gaussian. NEES / 3: mean normalised squared position error over
-its degrees of freedom, 1 for an honest belief, larger for one that trusts itself too much; the 90 % region should hold 0.9.""",
+its degrees of freedom, 1 for an honest belief, larger for one that trusts itself too much; the 90 % region should hold 0.9.
+Sigma: the standard deviation of position the map publishes, an axis, root mean square; an honest one is the position error's size.
+"(2 of 3)": that many seeds have the figure.""",
                      ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
 
     def sensors(self):
         rows = [[world, sensor, odometry, *cells(self.results(self.runs(world, sensor, odometry, frames=self.sensor_frames())), OBJECT_COLUMNS)]
-                for world in self.args.worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()]
+                for world in self.args.sensor_worlds for sensor in self.sensors_of(world) for odometry in self.sensor_odometry()]
         frames = self.sensor_frames()
         return Table("sensors", "Objects, by sensor", f"""
-The same worlds through other eyes{f", {frames} frames of each drive" if frames else ""}. The config is the one shipped for the label set; only the angle between beams is the
-sensor's. `rig` labels the LiDAR's points through three cameras.""", ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
+{"One world out of doors and one in, seen" if self.args.sensor_worlds == SENSOR_WORLDS else "Worlds seen"} through other eyes{f", {frames} frames of each drive" if frames else ""}. The config is the one shipped for the label set; only the angle between beams is the
+sensor's. `rig` labels the LiDAR's points through three cameras.{" `--full` adds the other worlds and odometry." if not self.args.full else ""}""", ["world", "sensor", "odometry", *OBJECT_HEADER], rows, 3)
 
     def busy(self):
-        rows = [[world, main_sensor(world), *cells(self.results(self.runs(world, busy=True)), OBJECT_COLUMNS)]
+        rows = [[world, main_sensor(world), *cells(self.results(self.runs(world, busy=True)), [*OBJECT_COLUMNS, ("overall.set_aside", 0)])]
                 for world in self.args.worlds]
         return Table("busy", "Objects, while the world moves", """
-People and cars move, and objects are moved or taken away between laps (`hgg-sim --dynamics`). True objects that move do not
-count; what the map makes of them does, as ghosts.""", ["world", "sensor", *OBJECT_HEADER], rows, 2)
+People and cars move, and objects are moved or taken away between laps (`hgg-sim --dynamics`). True objects that move or are
+taken away do not count. For each of them one map object that matches it is set aside, neither found nor a ghost; only what the
+map holds of it beyond that one, such as a trail, is a ghost.""", ["world", "sensor", *OBJECT_HEADER, "set aside"], rows, 2)
 
     def trajectory(self):
-        columns = [("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), ("odometry.relative.translation_m_per_100m", 2),
+        columns = [("trajectory.share", 2), ("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), ("odometry.relative.translation_m_per_100m", 2),
                    ("trajectory.relative.translation_m_per_100m", 2), ("odometry.relative.rotation_deg_per_100m", 2),
                    ("trajectory.relative.rotation_deg_per_100m", 2)]
         runs = {(world, odometry): self.runs(world, None, odometry) for world in self.args.worlds for odometry in self.args.odometry
@@ -451,10 +587,11 @@ count; what the map makes of them does, as ghosts.""", ["world", "sensor", *OBJE
         for run in self.path_runs():
             runs.setdefault((run.drive.world, run.odometry), []).append(run)
         rows = [[*key, *cells(self.results(r), columns)] for key, r in runs.items()]
-        return Table("trajectory", "Trajectory", """
-ATE: RMSE of positions after the best rigid fit. Drift: error of the motion over stretches of 100 m of true path (half the path
-where it is shorter than 200 m), per 100 m. Left: the odometry that was fed in; right: what the mapper made of it.""",
-                     ["world", "odometry", "ATE in, m", "ATE out, m", "drift in, m/100 m", "drift out", "turn in, deg/100 m", "turn out"], rows, 2)
+        return Table("trajectory", "Trajectory", f"""
+Poses: the share of true poses that have an estimate. ATE: RMSE of positions after the best rigid fit. Drift: error of the motion over stretches of 100 m of true path (half the path
+where it is shorter than 200 m), per 100 m. In: the odometry that was fed in; out: what the mapper made of it. "Along KITTI":
+a made-up world along the true way of that drive, with the odometry of a real front-end{"; `--full` adds 05" if not self.args.full else ""}.""",
+                     ["world", "odometry", "poses, share", "ATE in, m", "ATE out, m", "drift in, m/100 m", "drift out", "turn in, deg/100 m", "turn out"], rows, 2)
 
     def geometry(self):
         columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("geometry.completeness", 3)]
@@ -513,16 +650,23 @@ and within 0.5 m and 5 degrees of the true transform. Different places: acceptin
         return same, different
 
     def align_cells(self, pairs):
-        answers = []
-        for a, b in pairs:
-            if "error" in self.figures.get(a, {"error": ""}) or "error" in self.figures.get(b, {"error": ""}):
-                continue
-            answer = self.workshop.align(a, b)
-            answers.append((answer, *align_error(answer, self.figures[a], self.figures[b])))
+        if not pairs:
+            return ["not run"] * 6
+        if any("error" in self.figures[run] for pair in pairs for run in pair):
+            return [FAILED] * 6
+        answers = [self.workshop.tried(f"alignment of {a.name()} and {b.name()}", lambda: self.align_answer(a, b)) for a, b in pairs]
+        if None in answers:
+            return [FAILED] * 6
         accepted = [x for x in answers if x[0]["accepted"]]
         right = [x for x in accepted if x[1] <= 0.5 and x[2] <= 5]
         return [len(answers), len(accepted), len(right), spread([x[1] for x in right]), spread([x[2] for x in right]),
-                spread([x[0].get("ms") for x in answers], 1)]
+                spread([dig(x[0], "ms") for x in answers], 1)]
+
+    def align_answer(self, a, b):
+        """The answer and its error; a refusal has no transform to be wrong."""
+        answer = self.workshop.align(a, b)
+        error = align_error(answer, self.figures[a], self.figures[b]) if answer["accepted"] else (None, None)
+        return answer, *error
 
     def retrieval(self):
         columns = [("retrieval.queries", 0), ("retrieval.mapped", 0), ("retrieval.r1", 2), ("retrieval.r2", 2), ("retrieval.r3", 2)]
@@ -537,17 +681,18 @@ first one, two, three; a target the map does not hold counts as missed.""",
         rows = []
         for run in self.timing_runs():
             stats = self.timing.get(run)
-            if not stats:
-                rows.append([run.drive.world, run.drive.sensor, *["not run"] * 8])
-                continue
-            ms = [stats["stage_ms"].get(stage, {}).get("p50") for stage in ("creation", "alignment", "correction")]
-            rows.append([run.drive.world, run.drive.sensor, stats["frames"], f"{stats['frame_ms']['p50']:.1f}", f"{stats['frame_ms']['p99']:.1f}",
-                         *(NOT_YET if x is None else f"{x:.1f}" for x in ms), *memory_cells(stats)])
+            row = self.workshop.tried(f"timing of {run.name()}", lambda: self.cost_cells(stats)) if stats is not None else None
+            rows.append([run.drive.world, run.drive.sensor, *(row or [FAILED] * 9)])
         return Table("cost", "Time and memory", """
 One replay at a time with nothing else running; all work of a frame, decode included. Map: the graph itself after half and
 after all of the frames; process: resident, everything included.""",
                      ["world", "sensor", "frames", "frame p50, ms", "p99", "creation", "alignment", "correction", "map MB, half", "map MB, all", "process MB"],
                      rows, 2)
+
+    def cost_cells(self, stats):
+        ms = [stats["stage_ms"].get(stage, {}).get("p50") for stage in ("creation", "alignment", "correction")]
+        return [stats["frames"], f"{stats['frame_ms']['p50']:.1f}", f"{stats['frame_ms']['p99']:.1f}",
+                *(NOT_YET if x is None else f"{x:.1f}" for x in ms), *memory_cells(stats)]
 
     def real(self):
         rows = real_rows(self.workshop, self.args.data) if self.args.data.is_dir() and not self.args.quick else []
@@ -587,40 +732,63 @@ def align_error(answer, figures_a, figures_b):
     return math.dist(t_true, t), math.degrees(math.acos(max(-1.0, min(1.0, (trace - 1) / 2))))
 
 
+REAL_POSES = {"true poses": "poses.txt", "a real front-end's": "odometry.txt"}
+
+
 def real_rows(workshop, data):
     """KITTI raw drive 0001 with true poses and with a real front-end's odometry."""
     if not (data / "kitti_0001").is_dir():
         return []
-    where = workshop.out / "real" / digest(workshop.programs["hggmap"], workshop.programs["hgg-eval"], hash_of(workshop.build / "hgg-convert"))
+    found = workshop.tried("real data", lambda: real_figures(workshop, data))
+    columns = [("overall.truth", 0), ("overall.position_error.mean", 3), ("overall.recall", 2), ("overall.precision", 2), ("overall.f1", 2),
+               ("trajectory.ate_rmse", 2), ("cost.frame_ms.p50", 1), ("cost.frame_ms.p99", 1)]
+    return [[name, *cells([(found or {}).get(name, {"error": ""})], columns)] for name in REAL_POSES]
+
+
+def real_commands(where, data, poses):
+    """How one kind of poses is mapped and scored."""
+    log, out = where / f"{poses}.lcm", where / poses.replace(".txt", "")
+    config = REPO / "firmware_cfg" / "semantickitti" / "hggmap.toml"
+    return [["hgg-convert", "semantickitti", where / "kitti", "-o", log, "--poses", where / "kitti" / poses],
+            ["hggmap", "replay", log, "--config", config, "--out", out],
+            ["hgg-eval", "--map", out / "map.hgg", "--truth", where / "truth", "--class", "car", "--radius", "1.5", "--trajectory",
+             out / "trajectory.tum", "--times", where / "kitti" / "times.txt", "--log", log, "--json"]]
+
+
+def real_preparation(where, data):
+    return [[sys.executable, data / "unpack.py", data / "kitti_0001", where / "kitti"],
+            ["hgg-convert", "kitti-truth", where / "kitti", "-o", where / "truth", "--boxes", data / "kitti_0001" / "boxes.csv"]]
+
+
+def real_figures(workshop, data):
+    """From the cache, whose key is all that goes in, or by running it."""
+    named, config = (Path("OUT"), Path("DATA")), REPO / "firmware_cfg" / "semantickitti"
+    commands = [*real_preparation(*named), *(c for poses in REAL_POSES.values() for c in real_commands(*named, poses))]
+    files = [f for f in sorted((data / "kitti_0001").iterdir()) if f.is_file()]
+    frames = [f"{f.name} {f.stat().st_size}" for f in sorted((data / "kitti_0001" / "frames").glob("*"))]
+    where = workshop.out / "real" / digest(
+        workshop.programs["hggmap"], workshop.programs["hgg-eval"], hash_of(workshop.build / "hgg-convert"), hash_of(data / "unpack.py"),
+        hash_of(config / "hggmap.toml"), hash_of(config / "classes.toml"), *(f.name + hash_of(f) for f in files), *frames,
+        *(word for command in commands for word in words(command)), machine())
     if not (where / "result.json").exists():
-        try:
-            save_real(workshop, data, where)
-        except CommandFailed as error:
-            print(error, file=sys.stderr)
-            return [["true poses", *[FAILED] * 8]]
-    rows = []
-    for name, figures in json.loads((where / "result.json").read_text()).items():
-        columns = [("overall.truth", 0), ("overall.position_error.mean", 3), ("overall.recall", 2), ("overall.precision", 2), ("overall.f1", 2),
-                   ("trajectory.ate_rmse", 2), ("cost.frame_ms.p50", 1), ("cost.frame_ms.p99", 1)]
-        rows.append([name, *cells([figures], columns)])
-    return rows
+        save_real(workshop, data, where)
+    return json.loads((where / "result.json").read_text())
 
 
 def save_real(workshop, data, where):
     shutil.rmtree(where, ignore_errors=True)
     where.mkdir(parents=True)
-    subprocess.run([sys.executable, data / "unpack.py", data / "kitti_0001", where / "kitti"], check=True, stdout=subprocess.DEVNULL)
-    workshop.call("hgg-convert", "kitti-truth", where / "kitti", "-o", where / "truth", "--boxes", data / "kitti_0001" / "boxes.csv")
-    config, figures = REPO / "firmware_cfg" / "semantickitti" / "hggmap.toml", {}
-    for name, poses in (("true poses", "poses.txt"), ("a real front-end's", "odometry.txt")):
-        log, out = where / f"{poses}.lcm", where / poses.replace(".txt", "")
-        workshop.call("hgg-convert", "semantickitti", where / "kitti", "-o", log, "--poses", where / "kitti" / poses)
-        workshop.call("hggmap", "replay", log, "--config", config, "--out", out)
-        figures[name] = compact(json.loads(workshop.call(
-            "hgg-eval", "--map", out / "map.hgg", "--truth", where / "truth", "--class", "car", "--radius", "1.5", "--trajectory",
-            out / "trajectory.tum", "--times", where / "kitti" / "times.txt", "--log", log, "--json")))
-        log.unlink()
-    shutil.rmtree(where / "kitti")
+    unpack, truth = real_preparation(where, data)
+    workshop.execute(unpack)
+    workshop.call(*truth)
+    figures = {}
+    for name, poses in REAL_POSES.items():
+        convert, replay, score = real_commands(where, data, poses)
+        workshop.call(*convert)
+        workshop.call(*replay)
+        figures[name] = compact(workshop.call(*score), " ".join(words(score)))
+        (where / f"{poses}.lcm").unlink(missing_ok=True)
+    shutil.rmtree(where / "kitti", ignore_errors=True)
     save(where / "result.json", figures)
 
 
@@ -637,6 +805,7 @@ What the mapper does in worlds whose truth is known, measured by one command. Th
 | | |
 |---|---|
 | commit | {commit} |
+| programs | {programs} |
 | machine | {machine} |
 | date | {date} |
 | seeds | {seeds}; figures are mean ± sample deviation over them |
@@ -644,11 +813,21 @@ What the mapper does in worlds whose truth is known, measured by one command. Th
 
 A seed changes where objects stand, what the sensors get wrong and how odometry drifts. Labels are those of a good segmenter
 (`hgg-sim --labels good`: speckle, bleeding borders, confused and missed objects), except in the real data. "{not_yet}": the
-stage that would fill the figure does not exist yet. One run by hand, which every figure here is a mean of:
+stage that would fill the figure does not exist yet.
 
-    hgg-sim street -o street.lcm --truth street_truth --sensor lidar64 --odometry good --seed 1
-    hggmap replay street.lcm --config firmware_cfg/semantickitti/hggmap.toml --out out/street
-    hgg-eval --map out/street/map.hgg --truth street_truth --trajectory out/street/trajectory.tum --log street.lcm --html report.html
+A log holds odometry of every quality, on the channels `POSE_ODOM_TRUE`, `_EXCELLENT`, `_GOOD` and `_POOR`; `lcm.odometry` of
+the config picks one. A run out of doors and one indoors by hand, as in the table of objects (with other sensors than these the
+config's `creation.beam_spacing_deg` is theirs):
+
+    sed 's/^odometry = "[A-Z_]*"/odometry = "POSE_ODOM_GOOD"/' firmware_cfg/semantickitti/hggmap.toml > firmware_cfg/semantickitti/good.toml
+    hgg-sim street -o street.lcm --truth street_truth --sensor lidar64 --seed 1
+    hggmap replay street.lcm --config firmware_cfg/semantickitti/good.toml --out out/street
+    hgg-eval --map out/street/map.hgg --truth street_truth --trajectory out/street/trajectory.tum --log street.lcm --odometry-channel POSE_ODOM_GOOD --radius 1.5 --spacing 0.1 --html street.html
+
+    sed 's/^odometry = "[A-Z_]*"/odometry = "POSE_ODOM_GOOD"/' firmware_cfg/indoor/hggmap.toml > firmware_cfg/indoor/good.toml
+    hgg-sim office -o office.lcm --truth office_truth --sensor rgbd --seed 1
+    hggmap replay office.lcm --config firmware_cfg/indoor/good.toml --out out/office
+    hgg-eval --map out/office/map.hgg --truth office_truth --trajectory out/office/trajectory.tum --log office.lcm --odometry-channel POSE_ODOM_GOOD --radius 0.5 --spacing 0.05 --html office.html
 
 `hgg-eval --help` says how it scores; [method.md](method.md) says what is measured.
 
@@ -719,27 +898,29 @@ def listed(workshop_build):
 
 def parse(argv):
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    words = lambda text: [w for w in text.split(",") if w]
+    names = lambda text: [w for w in text.split(",") if w]
     parser.add_argument("--build", type=Path, default=REPO / "build", help="folder of the programs")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "evaluation", help="folder of logs, maps and results")
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("HGG_DATA", REPO.parent / "shared" / "data")), help="folder of the real data")
-    parser.add_argument("--worlds", type=words, help="default: all but the toy")
-    parser.add_argument("--sensors", type=words, help="default: all")
-    parser.add_argument("--odometry", type=words, default=ODOMETRY)
-    parser.add_argument("--seeds", type=lambda text: [int(s) for s in words(text)], default=None, help="default: 1,2,3")
+    parser.add_argument("--worlds", type=names, help="default: all but the toy; table 'sensors': " + " and ".join(SENSOR_WORLDS))
+    parser.add_argument("--sensors", type=names, help="default: all")
+    parser.add_argument("--odometry", type=names, default=ODOMETRY)
+    parser.add_argument("--seeds", type=lambda text: [int(s) for s in names(text)], default=None, help="default: 1,2,3")
     parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour")
-    parser.add_argument("--only", type=words, default=None, help="tables to make: " + ",".join(TABLES))
-    parser.add_argument("--full", action="store_true", help="every sensor with every odometry")
+    parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES))
+    parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry, and KITTI path 05")
     parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
-    parser.add_argument("--keep-gb", type=float, default=20, help="logs beyond this are dropped once they are used")
+    parser.add_argument("--keep-gb", type=float, default=40, help="logs beyond this are dropped once they are used")
     parser.add_argument("--doc", type=Path, help="default: docs/evaluation.md; with --quick OUT/evaluation.md")
     args = parser.parse_args(argv)
     worlds, sensors = listed(args.build) if (args.build / "hgg-sim").exists() else ([], [])
     if not worlds:
         parser.error(f"no hgg-sim in {args.build}: run make build, or name the folder with --build")
     quick = args.quick
+    args.sensor_worlds = args.worlds
     args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w != "yard"])
+    args.sensor_worlds = args.sensor_worlds or (args.worlds if quick or args.full else [w for w in SENSOR_WORLDS if w in worlds])
     args.sensors = args.sensors or (["lidar16", "rgbd"] if quick else sensors)
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]
     args.seeds = args.seeds or ([1, 2] if quick else [1, 2, 3])
@@ -761,30 +942,53 @@ def describe(args, argv):
             "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}
 
 
-def main(argv):
-    args = parse(argv)
-    args.out.mkdir(parents=True, exist_ok=True)
-    info, jobs = describe(args, argv), max(1, args.jobs)
-    workshop = Workshop(args.build, args.out, args.keep_gb, max(1, (os.cpu_count() or 1) // jobs))
+def measure(workshop, args, info):
     matrix, names = Matrix(workshop, args), args.only or TABLES
     workshop.pinned = {run.drive for run in matrix.timing_runs()} if "cost" in names else set()
     runs = [run for name in names for run in matrix.needed(name)]
-    matrix.figures = run_all(workshop, runs, jobs)
+    matrix.figures = run_all(workshop, runs, max(1, args.jobs))
     if "cost" in names:
         print("timing, one at a time", file=sys.stderr)
-        matrix.timing = {run: workshop.time(run) for run in matrix.timing_runs() if "error" not in matrix.figures[run]}
-    tables = [getattr(matrix, name)() for name in names]
+        timed = {run: workshop.tried(f"timing of {run.name()}", lambda: workshop.time(run))
+                 for run in matrix.timing_runs() if "error" not in matrix.figures[run]}
+        matrix.timing = {run: stats for run, stats in timed.items() if stats is not None}
+    tables = [workshop.tried(f"table {name}", getattr(matrix, name)) or Table(name, name.capitalize(), "", ["table"], [[FAILED]]) for name in names]
     for table in tables:
         print(section(table, info))
     if args.only is None:
+        written = args.doc.with_suffix(".html")
         args.doc.parent.mkdir(parents=True, exist_ok=True)
         args.doc.write_text(DOCUMENT.format(tables="\n".join(section(t, info) for t in tables), not_yet=NOT_YET, **info))
-        args.doc.with_suffix(".html").write_text(page(tables, info, charts(matrix)))
-        print(f"written: {args.doc} and {args.doc.with_suffix('.html')}; a report of every run is in {args.out / 'runs'}")
-    errors = sorted({figures["error"] for figures in matrix.figures.values() if "error" in figures})
+        drawings = workshop.tried("charts", lambda: charts(matrix)) or {"measures": [], "groups": [], "odometry": [], "worlds": [], "curves": []}
+        workshop.tried("page", lambda: written.write_text(page(tables, info, drawings)))
+        print(f"written: {args.doc} and {written}; a report of every run is in {args.out / 'runs'}")
+    errors = sorted({*workshop.errors, *(figures["error"] for figures in matrix.figures.values() if "error" in figures)})
     for error in errors:
         print(f"evaluate.py: failed: {error}", file=sys.stderr)
     return 1 if errors else 0
+
+
+def interrupted(number, frame):
+    raise KeyboardInterrupt
+
+
+def main(argv):
+    args, workshop = parse(argv), None
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, interrupted)
+    try:
+        args.out.mkdir(parents=True, exist_ok=True)
+        workshop = Workshop(args.build, args.out, args.keep_gb, max(1, (os.cpu_count() or 1) // max(1, args.jobs)))
+        info = {**describe(args, argv), "programs": ", ".join(f"{name} {made[:8]}" for name, made in workshop.programs.items())}
+        return measure(workshop, args, info)
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if workshop:
+            workshop.halt()
+        print("\nstopped; the same command goes on where it was" if sys.stderr.isatty() else
+              "stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
 
 
 if __name__ == "__main__":
