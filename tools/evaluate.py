@@ -911,7 +911,7 @@ def parse(argv):
     parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry, and KITTI path 05")
     parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
-    parser.add_argument("--keep-gb", type=float, default=40, help="logs beyond this are dropped once they are used")
+    parser.add_argument("--keep-gb", type=float, default=40, help="logs beyond this are dropped once they are used [40]")
     parser.add_argument("--doc", type=Path, help="default: docs/evaluation.md; with --quick OUT/evaluation.md")
     args = parser.parse_args(argv)
     worlds, sensors = listed(args.build) if (args.build / "hgg-sim").exists() else ([], [])
