@@ -11,7 +11,7 @@ constexpr int kBadInput = 2;
 
 constexpr const char* kAbout =
     R"(hgg-sim: drives sensors through a made-up world. Writes an LCM log for hggmap and a truth directory for hgg-eval
-(gt_objects.json, poses.txt, cloud.ply, queries.jsonl). Sensors with cameras also write
+(gt_objects.json, poses.txt, cloud.ply, queries.jsonl, classes.toml). Sensors with cameras also write
 <log stem>.rig.toml beside the log.)";
 
 constexpr const char* kExamples = R"(Examples:

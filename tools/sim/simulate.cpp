@@ -9,6 +9,7 @@
 
 #include "bus/codec.h"
 #include "bus/log.h"
+#include "class_tables.h"
 #include "sim/angles.h"
 #include "sim/motion.h"
 #include "sim/queries.h"
@@ -356,7 +357,8 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
 WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int threads) {
   return {drive.objects, drive.T_map_body,
           sampleSurfaces(scene, drive.T_world_body, drive.end_time, {.threads = threads}),
-          makeQueries(scene, drive.objects)};
+          makeQueries(scene, drive.objects),
+          scene.label_space == "indoor" ? kIndoorClassesToml : kSemanticKittiClassesToml};
 }
 
 Trajectory withGait(Trajectory T_world_body, double gait_deg) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <system_error>
 
 #include "truth/poses.h"
@@ -14,7 +15,14 @@ using nlohmann::json;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr const char *kObjects = "gt_objects.json", *kPoses = "poses.txt", *kCloud = "cloud.ply",
-                     *kQueries = "queries.jsonl";
+                     *kQueries = "queries.jsonl", *kClasses = "classes.toml";
+
+std::string writeFile(const std::string& text, const std::filesystem::path& path) {
+  std::ofstream out(path, std::ios::binary);
+  out << text;
+  out.close();
+  return out ? "" : "cannot write " + path.string();
+}
 
 std::string makeDirectory(const std::filesystem::path& dir) {
   std::error_code error;
@@ -78,8 +86,13 @@ Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& p
   }
   try {
     std::vector<TruthObject> objects;
+    std::set<std::int64_t> ids;
     for (const json& entry : json::parse(in)) {
       objects.push_back(fromJson(entry));
+      if (!ids.insert(objects.back().id).second) {
+        return Objects::fail(path.string() + ": object " + std::to_string(objects.back().id) +
+                             ": this id appears twice");
+      }
     }
     return Objects::ok(std::move(objects));
   } catch (const json::exception& e) {
@@ -110,7 +123,7 @@ std::string writeTruth(const std::vector<TruthObject>& objects, const std::vecto
 
 std::string prepareTruth(const std::filesystem::path& dir) {
   std::string message = makeDirectory(dir);
-  for (const char* name : {kObjects, kPoses, kCloud, kQueries}) {
+  for (const char* name : {kObjects, kPoses, kCloud, kQueries, kClasses}) {
     std::error_code error;
     std::filesystem::remove(dir / name, error);
     if (message.empty() && error) {
@@ -129,7 +142,8 @@ std::string prepareTruth(const std::filesystem::path& dir) {
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir) {
   std::string error = writeTruth(truth.objects, truth.T_map_body, dir);
   error = error.empty() ? writeCloud(truth.cloud, dir / kCloud) : error;
-  return error.empty() ? writeQueries(truth.queries, dir / kQueries) : error;
+  error = error.empty() ? writeQueries(truth.queries, dir / kQueries) : error;
+  return error.empty() ? writeFile(truth.classes_toml, dir / kClasses) : error;
 }
 
 }  // namespace hgg

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <string>
 #include <vector>
 
 #include "core/belief.h"
@@ -41,7 +42,7 @@ class TruthAccumulator {
 };
 
 /// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
-/// "gone":true where that is so.
+/// "gone":true where that is so. An id that appears twice is an error.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
 std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);
@@ -52,12 +53,13 @@ struct WorldTruth {
   std::vector<Pose> T_map_body;
   std::vector<CloudPoint> cloud;
   std::vector<TruthQuery> queries;
+  std::string classes_toml;  // the class table the labels are of
 };
 /// Makes the directory where it is missing, checks that files can be written there, and removes an older truth, so that
 /// it never stands beside what a later run leaves behind. Returns an error line, empty when done.
 std::string prepareTruth(const std::filesystem::path& dir);
-/// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply and queries.jsonl. Returns an
-/// error line, empty when done.
+/// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply, queries.jsonl and
+/// classes.toml. Returns an error line, empty when done.
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir);
 /// The part a dataset has: gt_objects.json and poses.txt.
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
