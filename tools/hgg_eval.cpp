@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -12,12 +13,21 @@ constexpr int kBadInput = 2;
 
 constexpr const char* kHelp = R"(hgg-eval: compares a map with the truth.
 
-Objects: each (map object, true object) pair of the same class within the radius is a candidate; the closest is taken first,
-each object at most once. Matched = found, true objects left = missed, map objects left = ghosts. Only things count; true
-objects that move or are taken away are left out, and a map object that matches one of them is neither found nor a ghost.
-Trajectory: with --trajectory the map is first laid over the truth by the rigid transform between estimated and true poses
-(mean rotation, mean position), because a map may start anywhere; the ATE is the usual RMSE after its own best fit.
+Objects: each (map object, true object) pair of the same class within the radius is a candidate; the closest is taken
+first, each object at most once. Matched = found, true objects left = missed, map objects left = ghosts. Only things
+count, and a class with true objects is one of things whatever the map says; true objects that move or are taken away
+are left out, and a map object that matches one of them is set aside: neither found nor a ghost.
+Calibration: normalised squared errors under the published covariances, of matches only, so none is farther off than
+the radius: what is lost is not in it. Mean sigma (m) says how sharp the beliefs are; honest ones can be vague.
+Trajectory: with --trajectory the map is first laid over the truth by the rigid transform between estimated and true
+poses (mean rotation, mean position), because a map may start anywhere; the ATE is the usual RMSE after its own best
+fit. The share of true poses that are scored is reported; below 0.95 with a warning, as poses left out cannot count as
+wrong.
 Geometry, where the truth has cloud.ply: points of the leaves against the cloud, cropped to 3 m around them, aligned.
+Accuracy alone can be fooled by leaving surface out: read it with completeness and with coverage, the share of the
+reference within 20 m of the path that the crop keeps. Leaves farther than 20 m from the path are left out; their
+share is reported. Vegetation is left out, by the class names in the truth's classes.toml where it has one, else by
+the map's.
 Retrieval: the answers of hggmap query --batch TRUTH/queries.jsonl. Cost: stats.json.)";
 
 constexpr const char* kFooter = R"(Examples:
@@ -36,11 +46,21 @@ int fail(const std::string& error) {
   return kBadInput;
 }
 
+/// CLI's own checks let NaN pass.
+const CLI::Validator kFinite(
+    [](const std::string& text) {
+      double value = 0;
+      const bool is_number = CLI::detail::lexical_cast(text, value) && std::isfinite(value);
+      return is_number ? std::string() : text + " is not a finite number";
+    },
+    "");
+
 void addInputs(CLI::App& app, hgg::EvalOptions& options) {
   auto* map = app.add_option("--map", options.map, "map.hgg to evaluate")->type_name("FILE");
   auto* graph = app.add_option("--graph", options.graph, "graph JSON to evaluate instead")->type_name("FILE");
   map->excludes(graph);
-  app.add_option("--truth", options.truth, "truth directory: gt_objects.json, poses.txt, cloud.ply, queries.jsonl")
+  app.add_option("--truth", options.truth,
+                 "truth directory: gt_objects.json, poses.txt, cloud.ply, queries.jsonl, classes.toml")
       ->required()
       ->type_name("DIR");
   auto* trajectory =
@@ -62,9 +82,11 @@ void addOptions(CLI::App& app, Arguments& args) {
   addInputs(app, args.options);
   app.add_option("--radius", args.options.radius, "m, how far a match may be away")
       ->check(CLI::PositiveNumber)
+      ->check(kFinite)
       ->capture_default_str();
   app.add_option("--spacing", args.options.spacing, "m, between the points geometry is compared over")
       ->check(CLI::Range(0.005, 10.0))
+      ->check(kFinite)
       ->capture_default_str();
   app.add_option("--class", args.options.classes, "evaluate these classes only (names or ids)")->type_name("NAME");
   app.add_flag("--json", args.json, "print JSON");
@@ -94,7 +116,9 @@ int run(const Arguments& args) {
   if (const std::string error = args.html.empty() ? "" : writePage(args, *evaluation); !error.empty()) {
     return fail(error);
   }
-  const std::string text = args.json ? toJson(*evaluation).dump(2) + "\n" : formatTable(*evaluation);
+  const auto replace = nlohmann::json::error_handler_t::replace;  // what is no UTF-8, such as a broken class name
+  const std::string text =
+      args.json ? toJson(*evaluation).dump(2, ' ', false, replace) + "\n" : formatTable(*evaluation);
   std::fputs(text.c_str(), stdout);
   return 0;
 }

@@ -45,7 +45,7 @@ std::vector<double> drawn(std::size_t n, double boast) {
 
 TEST(Calibrate, HonestDrawsAreCalibratedWithinChance) {
   const std::size_t n = 4000;
-  const Calibration c = calibrate(drawn(n, 1.0));
+  const Calibration c = calibrate(drawn(n, 1.0), {});
   EXPECT_EQ(c.count, n);
   // The sum of n chi-squares with 3 degrees has mean 3n and variance 6n: four deviations.
   EXPECT_NEAR(c.mean_over_3, 1.0, 4 * std::sqrt(6.0 / n) / 3);
@@ -58,22 +58,27 @@ TEST(Calibrate, HonestDrawsAreCalibratedWithinChance) {
 }
 
 TEST(Calibrate, BoastfulDrawsAreFoundOut) {
-  const Calibration c = calibrate(drawn(4000, 3.0));
+  const Calibration c = calibrate(drawn(4000, 3.0), {});
   EXPECT_NEAR(c.mean_over_3, 9.0, 0.5);
   EXPECT_NEAR(c.inside_90, chiSquareCdf(kChiSquare90 / 9), 0.03);
 }
 
 TEST(Calibrate, CountsTheEdgeInside) {
-  const Calibration c = calibrate(std::vector<double>{3.0, kChiSquare90, 6.3, 12.0});
+  const Calibration c = calibrate(std::vector<double>{3.0, kChiSquare90, 6.3, 12.0}, {});
   EXPECT_DOUBLE_EQ(c.inside_90, 0.5);
   EXPECT_DOUBLE_EQ(c.mean_over_3, (3.0 + 6.251 + 6.3 + 12.0) / 12);
 }
 
+TEST(Calibrate, SharpnessIsTheRootMeanSquareDeviation) {
+  EXPECT_DOUBLE_EQ(calibrate(std::vector<double>{1.0, 1.0}, std::vector<double>{0.01, 0.17}).mean_sigma, 0.3);
+}
+
 TEST(Calibrate, NothingHasNoCalibration) {
-  const Calibration c = calibrate({});
+  const Calibration c = calibrate({}, {});
   EXPECT_TRUE(std::isnan(c.mean_over_3));
   EXPECT_TRUE(std::isnan(c.inside_90));
   EXPECT_TRUE(std::isnan(c.inside[0]));
+  EXPECT_TRUE(std::isnan(c.mean_sigma));
 }
 
 }  // namespace

@@ -81,6 +81,29 @@ TEST(Commands, NotANumberIsInNoRange) {
   }
 }
 
+TEST(Commands, EvaluatorRefusesRadiusAndSpacingThatAreNoNumbers) {
+  const Scratch scratch;
+  writeText(scratch / "g.json", R"({"format":"hgg-graph","version":1,"objects":[]})");
+  writeText(scratch / "gt_objects.json", "[]");
+  const std::string evaluate = "hgg-eval --graph g.json --truth . ";
+  ASSERT_EQ(runCommand(scratch, evaluate + "--radius 2 --spacing 0.2").exit_code, 0);
+  for (const char* option : {"--radius nan", "--radius inf", "--spacing nan", "--spacing -nan"}) {
+    const Outcome outcome = runCommand(scratch, evaluate + option);
+    EXPECT_EQ(outcome.exit_code, 2) << option;
+    EXPECT_EQ(std::count(outcome.errors.begin(), outcome.errors.end(), '\n'), 1) << option << outcome.errors;
+  }
+}
+
+TEST(Commands, SimulatorPutsTheClassTableOfTheWorldIntoTheTruth) {
+  const Scratch scratch;
+  for (const auto& [world, space] : {std::pair("yard", "semantickitti"), std::pair("office", "indoor")}) {
+    const std::string drive = std::string("hgg-sim ") + world + " --frames 1 --sensor lidar16 -o log --truth truth";
+    ASSERT_EQ(runCommand(scratch, drive).exit_code, 0);
+    EXPECT_EQ(readText(scratch / "truth/classes.toml"),
+              readText(std::filesystem::path(HGG_SOURCE_DIR) / "firmware_cfg" / space / "classes.toml"));
+  }
+}
+
 TEST(Commands, ATruthDirectoryThatCannotBeMadeIsKnownBeforeTheDrive) {
   const Scratch scratch;
   writeText(scratch / "file", "not a directory");

@@ -53,6 +53,104 @@ TEST(ReadGraphJson, ForeignOrBrokenFilesAreErrors) {
   EXPECT_FALSE(readGraphJson(scratch / "missing.json"));
 }
 
+/// A graph of these objects; each text is spliced into an otherwise fine one.
+std::string graphOf(std::initializer_list<std::string> numbers) {
+  std::string objects;
+  for (const std::string& text : numbers) {
+    objects += (objects.empty() ? "" : ",") + std::string(R"({"mean":[1,2,3],)") + text + "}";
+  }
+  return R"({"format":"hgg-graph","version":1,"objects":[)" + objects + "]}";
+}
+
+TEST(ReadGraphJson, AnIdThatAppearsTwiceIsAnError) {
+  const Scratch scratch;
+  const std::string car = R"("id":7,"label":10,"cov":[1,0,0,0,1,0,0,0,1],"kappa":5)";
+  writeText(scratch / "g.json", graphOf({car, car}));
+  const auto graph = readGraphJson(scratch / "g.json");
+  ASSERT_FALSE(graph);
+  EXPECT_NE(graph.error.find("object 7: this id appears twice"), std::string::npos) << graph.error;
+}
+
+TEST(ReadGraphJson, NumbersWithoutAMeaningAreErrorsThatNameTheObject) {
+  const Scratch scratch;
+  const std::string unit = R"("cov":[1,0,0,0,1,0,0,0,1])";
+  const std::pair<std::string, std::string> cases[] = {
+      {R"("id":7,"label":65546,"kappa":5,)" + unit, "label 65546"},
+      {R"("id":7,"label":-1,"kappa":5,)" + unit, "label -1"},
+      {R"("id":7,"label":10.5,"kappa":5,)" + unit, "label 10.5"},
+      {R"("id":7,"label":10,"kappa":0,)" + unit, "kappa is 0"},
+      {R"("id":7,"label":10,"kappa":-2,)" + unit, "kappa is -2"},
+      {R"("id":7,"label":10,"kappa":5,"cov":[1,0.5,0,0,1,0,0,0,1])", "cov is not symmetric"},
+      {R"("id":7,"label":10,"kappa":5,"cov":[1,2,0,2,1,0,0,0,1])", "cov has a negative eigenvalue"},
+      {R"("id":7,"label":10,"kappa":5,"position_cov":[-1,0,0,0,-1,0,0,0,-1],)" + unit, "position_cov has a negative"},
+      {R"("id":7,"label":10,"kappa":5,"geometry":[{"mean":[0,0,0],"cov":[1,0,0,0,1,0,0,0,-1],"kappa":5}],)" + unit,
+       "cov has a negative"}};
+  for (const auto& [text, problem] : cases) {
+    writeText(scratch / "g.json", graphOf({text}));
+    const auto graph = readGraphJson(scratch / "g.json");
+    ASSERT_FALSE(graph) << text;
+    EXPECT_NE(graph.error.find("object 7"), std::string::npos) << graph.error;
+    EXPECT_NE(graph.error.find(problem), std::string::npos) << graph.error;
+  }
+  writeText(scratch / "g.json", graphOf({R"("id":7,"label":65535,"kappa":0.5,"cov":[0,0,0,0,0,0,0,0,0])"}));
+  EXPECT_TRUE(readGraphJson(scratch / "g.json"));
+}
+
+TEST(ReadMapObjects, FlatLeavesSurviveTheirStorageAsFloats) {
+  const Scratch scratch;
+  MapNode road;
+  road.id = 5;
+  road.label = 40;
+  road.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  for (int i = 1; i <= 200; ++i) {
+    const Mat3 R = Eigen::AngleAxisd(0.1 * i, Vec3(1, 2, -3).normalized()).toRotationMatrix();
+    road.leaves.push_back(packLeaf({Vec3::Zero(), R * Vec3(0, 0.1, 0.3).asDiagonal() * R.transpose(), 5}));
+  }
+  ASSERT_EQ(saveMap(Map::restore({road}, {}, {{40, "road"}}, 1, 6), {}, (scratch / "map.hgg").string()), "");
+  const auto graph = readMapObjects(scratch / "map.hgg");
+  EXPECT_TRUE(graph) << graph.error;
+}
+
+TEST(ReadGraphJson, CovariancesThatAreNotFiniteAreErrors) {
+  const Scratch scratch;
+  for (const char* text : {"null,0,0,0,1,0,0,0,1", "1e999,0,0,0,1,0,0,0,1", "1e308,0,0,0,1e308,0,0,0,1"}) {
+    writeText(scratch / "g.json", graphOf({R"("id":7,"label":10,"kappa":5,"cov":[)" + std::string(text) + "]"}));
+    EXPECT_FALSE(readGraphJson(scratch / "g.json")) << text;
+  }
+}
+
+TEST(ReadGraphJson, AClassKeyThatIsNoLabelIsNamed) {
+  const Scratch scratch;
+  for (const std::string key : {"car", "70000", "-1", "10x", ""}) {
+    writeText(scratch / "g.json",
+              R"({"format":"hgg-graph","version":1,"classes":{")" + key + R"(":"car"},"objects":[]})");
+    const auto graph = readGraphJson(scratch / "g.json");
+    ASSERT_FALSE(graph) << key;
+    EXPECT_NE(graph.error.find("class key \"" + key + "\" is not a whole number"), std::string::npos) << graph.error;
+  }
+}
+
+TEST(ReadTruth, AnIdThatAppearsTwiceIsAnError) {
+  const Scratch scratch;
+  auto objects = oneCar(Vec3(0, 0, 0));
+  objects.push_back(objects[0]);
+  ASSERT_EQ(writeTruth(objects, {}, scratch / "truth"), "");
+  const auto read = readTruthObjects(scratch / "truth/gt_objects.json");
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error.find("object 1000001: this id appears twice"), std::string::npos) << read.error;
+}
+
+TEST(Evaluate, AMapCannotHideGhostsAsStuff) {
+  const Scratch scratch;
+  const std::string numbers = R"("label":10,"cov":[1,0,0,0,1,0,0,0,1],"kappa":5,"stuff":true,)";
+  writeText(scratch / "g.json", graphOf({numbers + R"("id":1)", numbers + R"("id":2)"}));
+  ASSERT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), {}, scratch / "truth"), "");
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  EXPECT_EQ(evaluate(options)->objects.overall.precision(), 0.5);
+}
+
 TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   const Scratch scratch;
   MapNode car;
@@ -209,6 +307,8 @@ TEST(Evaluate, OdometryOfTheLogIsScoredBesideTheCorrectedPath) {
   const LoggedDrive drive(scratch);
   const auto e = evaluate(drive.options);
   ASSERT_TRUE(e) << e.error;
+  EXPECT_EQ(e->trajectory->share, 0.8);
+  EXPECT_EQ(e->odometry->share, 0.8);
   EXPECT_EQ(e->trajectory->pairs, 4u);  // paired by the log's times, as one frame is missing
   EXPECT_NEAR(e->trajectory->ate, 0.0, 1e-6);
   ASSERT_TRUE(e->odometry);
@@ -238,13 +338,8 @@ const char* const kFloorGraph =
 {"id":2,"label":70,"mean":[0,0,1],"cov":[1,0,0,0,1,0,0,0,0],"kappa":9,"stuff":true,
  "geometry":[{"mean":[0,0,1],"cov":[0.33333333,0,0,0,0.33333333,0,0,0,0],"kappa":9}]}]})";
 
-TEST(Evaluate, GeometryLeavesVegetationOut) {
-  const Scratch scratch;
-  EvalOptions options;
-  options.graph = scratch / "g.json";
-  options.truth = scratch / "truth";
-  options.spacing = 0.05;
-  writeText(options.graph, kFloorGraph);
+/// The floor of kFloorGraph, 2 x 2 m, with leaves 1.5 m above it.
+std::vector<CloudPoint> floorUnderLeaves() {
   std::vector<CloudPoint> cloud;
   for (int i = 0; i <= 40; ++i) {
     for (int j = 0; j <= 40; ++j) {
@@ -253,9 +348,70 @@ TEST(Evaluate, GeometryLeavesVegetationOut) {
       cloud.push_back({x, y, 1.5F, 70, 2});
     }
   }
+  return cloud;
+}
+
+TEST(Evaluate, TheTruthSaysWhatIsVegetation) {
+  const Scratch scratch;
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  std::string boastful = kFloorGraph;  // of its leaves, it calls the wrong ones vegetation
+  boastful.replace(boastful.find("vegetation"), 10, "road");
+  boastful.replace(boastful.find("road"), 4, "vegetation");
+  writeText(options.graph, boastful);
+  ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {Pose::Identity()}, options.truth), "");
+  ASSERT_EQ(writeCloud(floorUnderLeaves(), options.truth / "cloud.ply"), "");
+  const auto believed = evaluate(options);
+  EXPECT_NEAR(believed->geometry->T_reference_estimate.translation().z(), 0.5, 0.01);  // leaves laid over leaves
+  writeText(options.truth / "classes.toml",
+            "[[class]]\nid = 40\nname = \"road\"\nkind = \"stuff\"\nmin_points = 30\n"
+            "[[class]]\nid = 70\nname = \"vegetation\"\nkind = \"stuff\"\nmin_points = 30\n");
+  const auto e = evaluate(options);
+  ASSERT_TRUE(e) << e.error;
+  EXPECT_NEAR(e->geometry->T_reference_estimate.translation().z(), 0.0, 0.01);
+  writeText(options.truth / "classes.toml", "no table");
+  EXPECT_NE(evaluate(options).error.find("classes.toml"), std::string::npos);
+}
+
+TEST(Evaluate, SurfaceLeftOutShowsInTheCoverage) {
+  const Scratch scratch;
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  writeText(options.graph, graphOf({R"("id":1,"label":40,"kappa":9,"stuff":true,"cov":[1,0,0,0,1,0,0,0,0],"geometry":[
+{"mean":[0,0,0],"cov":[0.3,0,0,0,0.3,0,0,0,0],"kappa":9},{"mean":[50,0,0],"cov":[0.3,0,0,0,0.3,0,0,0,0],"kappa":9}])"}));
+  std::vector<CloudPoint> cloud = floorUnderLeaves();
+  std::erase_if(cloud, [](const CloudPoint& p) { return p.label == 70; });
+  for (const float away : {10.0F, 40.0F}) {  // the map has neither; the path does not come near the second
+    std::vector<CloudPoint> more = floorUnderLeaves();
+    std::erase_if(more, [](const CloudPoint& p) { return p.label == 70; });
+    for (CloudPoint& p : more) {
+      cloud.push_back({p.x + away, p.y, p.z, 40, 1});
+    }
+  }
+  ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {Pose::Identity()}, options.truth), "");
+  ASSERT_EQ(writeCloud(cloud, options.truth / "cloud.ply"), "");
+  const auto e = evaluate(options);
+  ASSERT_TRUE(e) << e.error;
+  EXPECT_EQ(e->geometry->left_out, 0.5);
+  EXPECT_NEAR(e->geometry->coverage, 0.5, 0.05);
+  const auto json = toJson(*e);
+  EXPECT_EQ(json["geometry"]["left_out"], 0.5);
+  EXPECT_EQ(json["geometry"]["coverage"], e->geometry->coverage);
+  EXPECT_NE(formatTable(*e).find("of the reference along the path; 0.500 of the leaves"), std::string::npos);
+}
+
+TEST(Evaluate, GeometryLeavesVegetationOut) {
+  const Scratch scratch;
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  options.spacing = 0.05;
+  writeText(options.graph, kFloorGraph);
   ASSERT_EQ(writeTruth(oneCar(Vec3(0, 0, 0)), {Pose::Identity()}, options.truth), "");
   EXPECT_FALSE(evaluate(options)->geometry);
-  ASSERT_EQ(writeCloud(cloud, options.truth / "cloud.ply"), "");
+  ASSERT_EQ(writeCloud(floorUnderLeaves(), options.truth / "cloud.ply"), "");
   const auto e = evaluate(options);
   ASSERT_TRUE(e) << e.error;
   ASSERT_TRUE(e->geometry);
@@ -310,10 +466,12 @@ TEST(Report, JsonHoldsTheNumbersAndNullsForNone) {
   Evaluation evaluation;
   evaluation.radius = 1.5;
   evaluation.class_names = {{10, "car"}};
-  ObjectScore cars{2, 1, {{7, 1, 0.25, 0.5, 6.0}}, {2}, {}};
+  ObjectScore cars{2, 1, {{7, 1, 0.25, 0.5, 6.0, 0.04}}, {2}, {}};
   evaluation.objects.classes[10] = evaluation.objects.overall = cars;
   evaluation.objects.classes[80] = {1, 0, {}, {9}, {}};
-  evaluation.trajectory = TrajectoryScore{108, 0.14, Pose::Identity(), {100, 5, 1.25, 0.5}};
+  evaluation.trajectory = TrajectoryScore{108, 0.14, Pose::Identity(), {100, 5, 1.25, 0.5}, 0.9};
+  evaluation.odometry = TrajectoryScore{108, 0.14, Pose::Identity(), {100, 5, 1.25, 0.5}, 0.95};
+  evaluation.objects.dynamic = {{8, 3, 0.5, 0.5, 6.0, 0.01}, {9, 4, 0.5, 0.5, 6.0, 0.01}};
   const auto json = nlohmann::json::parse(toJson(evaluation).dump());
   EXPECT_EQ(json["overall"]["truth"], 2);
   EXPECT_EQ(json["overall"]["true_positives"], 1);
@@ -326,9 +484,17 @@ TEST(Report, JsonHoldsTheNumbersAndNullsForNone) {
   EXPECT_TRUE(json["classes"][1]["precision"].is_null());
   EXPECT_EQ(json["trajectory"]["ate_rmse"], 0.14);
   EXPECT_EQ(json["trajectory"]["T_truth_map"].size(), 12u);
+  EXPECT_EQ(json["trajectory"]["share"], 0.9);
+  EXPECT_EQ(json["odometry"]["share"], 0.95);
+  EXPECT_EQ(json["overall"]["calibration"]["mean_sigma"], 0.2);
+  EXPECT_EQ(json["classes"][0]["calibration"]["mean_sigma"], 0.2);
+  EXPECT_EQ(json["overall"]["set_aside"], 2);
   const std::string table = formatTable(evaluation);
   EXPECT_NE(table.find("class 80"), std::string::npos);
-  EXPECT_NE(table.find("ATE 0.140 m over 108 poses"), std::string::npos);
+  EXPECT_NE(table.find("ATE 0.140 m over 108 poses (share 0.900"), std::string::npos) << table;
+  EXPECT_NE(table.find("warning: trajectory: only 90.0 % of the true poses"), std::string::npos) << table;
+  EXPECT_EQ(table.find("warning: odometry"), std::string::npos) << table;
+  EXPECT_NE(table.find("mean sigma 0.200 m"), std::string::npos) << table;
 }
 
 }  // namespace

@@ -108,6 +108,18 @@ TEST(CompareGeometry, ReferenceThatWasNeverPassedDoesNotCount) {
   EXPECT_NEAR(s.chamfer, 0.0, 1e-6);
 }
 
+TEST(CoverageOf, TellsWhatAMapLeavesOut) {
+  PointSet reference = corner(Vec3::Zero());
+  const auto near = static_cast<double>(reference.size());
+  for (int i = 0; i < 1000; ++i) {
+    reference.emplace_back(30.0F, 0.1F * static_cast<float>(i), 0.0F);
+  }
+  EXPECT_DOUBLE_EQ(coverageOf(corner(Vec3::Zero()), reference), near / (near + 1000));
+  EXPECT_EQ(coverageOf(reference, reference), 1.0);
+  EXPECT_EQ(coverageOf({}, reference), 0.0);
+  EXPECT_TRUE(std::isnan(coverageOf(reference, {})));
+}
+
 TEST(CompareGeometry, AlignmentTakesAwayARigidOffset) {
   Pose T = Pose::Identity();
   T.rotate(Eigen::AngleAxisd(0.02, Vec3(1, -1, 2).normalized()));

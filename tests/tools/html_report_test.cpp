@@ -117,6 +117,18 @@ TEST(HtmlReport, WallsStayFewHoweverLargeTheMap) {
   }
 }
 
+TEST(HtmlReport, ATitleThatIsNoTextIsMended) {
+  EXPECT_EQ(dataOf(htmlReport(smallEvaluation(), "a \xff b"))["title"], "a \xef\xbf\xbd b");
+}
+
+TEST(HtmlReport, ShowsShareSharpnessAndCoverage) {
+  const std::string page = htmlReport(smallEvaluation(), "yard");
+  for (const char* part :
+       {"percent(t.share)", "show(c.mean_sigma)", "percent(geometry.coverage)", "percent(geometry.left_out)"}) {
+    EXPECT_NE(page.find(part), std::string::npos) << part;
+  }
+}
+
 TEST(HtmlReport, OfNothingIsStillAPage) {
   const auto data = dataOf(htmlReport({}, "nothing"));
   EXPECT_TRUE(data["cost"].is_null());

@@ -80,6 +80,7 @@ TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
   EXPECT_EQ(c.count, 4u);
   EXPECT_NEAR(c.mean_over_3, (1.0 + 1.0 + 1.0 + 16.0) / 12, 1e-9);
   EXPECT_DOUBLE_EQ(c.inside_90, 0.75);
+  EXPECT_NEAR(c.mean_sigma, std::sqrt((3 * 0.04 + 0.0025) / 4), 1e-12);
 }
 
 TEST(EvaluateObjects, DuplicateIsAGhost) {
@@ -171,6 +172,16 @@ TEST(EvaluateObjects, StuffIsLeftOut) {
   const auto e = evaluateObjects(map, std::vector{truthAt(1, Vec3(0, 0, 0))}, 1.0, {});
   EXPECT_EQ(e.overall.predicted, 1u);
   EXPECT_FALSE(e.classes.contains(40));
+}
+
+TEST(MarkThings, GhostsCannotHideAsStuffInAClassOfThings) {
+  std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kCar, true),
+                              predictionAt(3, Vec3(0, 0, 0), 40, true)};
+  const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
+  markThings(map, truth);
+  EXPECT_FALSE(map[1].stuff);
+  EXPECT_TRUE(map[2].stuff);
+  EXPECT_EQ(evaluateObjects(map, truth, 1.0, {}).overall.ghosts, std::vector<NodeId>{2});
 }
 
 TEST(EvaluateObjects, OnlyAskedClassesAreLookedAt) {

@@ -22,9 +22,9 @@ double normalisedSquare(const Vec3& error, const Mat3& position_cov) {
   return along.cwiseAbs2().cwiseQuotient(variances).sum();
 }
 
-Calibration calibrate(std::span<const double> normalised_squares) {
+Calibration calibrate(std::span<const double> normalised_squares, std::span<const double> position_variances) {
   constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
-  Calibration c{normalised_squares.size(), kNothing, kNothing, kNothing, {}};
+  Calibration c{normalised_squares.size(), kNothing, kNothing, kNothing, {}, kNothing};
   if (normalised_squares.empty()) {
     c.inside.fill(kNothing);
     return c;
@@ -33,6 +33,7 @@ Calibration calibrate(std::span<const double> normalised_squares) {
   std::ranges::sort(e);
   const auto n = static_cast<double>(e.size());
   c.mean_over_3 = std::accumulate(e.begin(), e.end(), 0.0) / n / 3;
+  c.mean_sigma = std::sqrt(std::accumulate(position_variances.begin(), position_variances.end(), 0.0) / n);
   c.median_over_3 = 0.5 * (e[(e.size() - 1) / 2] + e[e.size() / 2]) / 3;
   c.inside_90 = static_cast<double>(std::ranges::upper_bound(e, kChiSquare90) - e.begin()) / n;
   for (std::size_t k = 0; k < c.inside.size(); ++k) {

@@ -26,8 +26,11 @@ struct Calibration {
   double inside_90 = 0;      // share inside the 90 % region
   /// Share of objects inside the region that should hold (k + 1) * 5 %.
   std::array<double, 19> inside{};
+  /// m, root mean square over objects and axes of the published standard deviation: honest beliefs can still be vague.
+  double mean_sigma = 0;  // NaN without objects
 };
 
-Calibration calibrate(std::span<const double> normalised_squares);
+/// `position_variances`, m^2: of each object, the mean of its published covariance's diagonal.
+Calibration calibrate(std::span<const double> normalised_squares, std::span<const double> position_variances);
 
 }  // namespace hgg

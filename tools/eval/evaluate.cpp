@@ -2,9 +2,12 @@
 
 #include <charconv>
 #include <fstream>
+#include <functional>
+#include <limits>
 
 #include "bus/codec.h"
 #include "bus/log.h"
+#include "core/classes.h"
 #include "frame/odometry_buffer.h"
 #include "truth/cloud.h"
 #include "truth/poses.h"
@@ -111,8 +114,9 @@ Result<Track> odometryAt(const OdometryBuffer& odometry, const Track& at, const 
   return Result<Track>::ok(std::move(track));
 }
 
-TrajectoryScore score(const std::vector<PosePair>& pairs) {
-  return {pairs.size(), absoluteTrajectoryError(pairs), alignMap(pairs), relativeError(pairs)};
+TrajectoryScore score(const std::vector<PosePair>& pairs, std::size_t true_poses) {
+  return {pairs.size(), absoluteTrajectoryError(pairs), alignMap(pairs), relativeError(pairs),
+          static_cast<double>(pairs.size()) / static_cast<double>(true_poses)};
 }
 
 /// An error line, empty when done.
@@ -126,7 +130,7 @@ std::string scoreOdometry(const EvalOptions& options, const Drive& drive, const 
   if (!pairs) {
     return pairs.error;
   }
-  evaluation.odometry = score(*pairs);
+  evaluation.odometry = score(*pairs, truth.T_truth_body.size());
   const PosePair& first = pairs->front();  // odometry is drawn as it ran away from the start
   evaluation.scenery.odometry = Path{*pairs, first.T_truth_body * first.T_map_body.inverse()};
   return "";
@@ -150,42 +154,84 @@ std::string scorePaths(const EvalOptions& options, Evaluation& evaluation) {
   if (!pairs) {
     return pairs.error;
   }
-  evaluation.trajectory = score(*pairs);
+  evaluation.trajectory = score(*pairs, truth->T_truth_body.size());
   evaluation.scenery.corrected = Path{*pairs, evaluation.trajectory->T_truth_map};
   return options.log.empty() ? "" : scoreOdometry(options, *drive, *estimate, *truth, evaluation);
 }
 
-std::set<ClassId> foliageOf(const std::map<ClassId, std::string>& names) {
-  std::set<ClassId> classes;
-  for (const auto& [id, name] : names) {
-    if (kFoliage.contains(name)) {
-      classes.insert(id);
+/// Foliage among the classes of the truth's classes.toml, else of the map, which is then free to name its classes so.
+Result<std::set<ClassId>> foliageOf(const EvalOptions& options, const std::map<ClassId, std::string>& map_names) {
+  std::set<ClassId> foliage;
+  const auto path = givenOr({}, options.truth / "classes.toml");
+  if (path.empty()) {
+    for (const auto& [id, name] : map_names) {
+      if (kFoliage.contains(name)) {
+        foliage.insert(id);
+      }
+    }
+    return Result<std::set<ClassId>>::ok(std::move(foliage));
+  }
+  const auto table = ClassTable::load(path.string());
+  for (std::uint32_t label = 0; table && label <= std::numeric_limits<ClassId>::max(); ++label) {
+    if (kFoliage.contains(table->name(static_cast<ClassId>(label)))) {
+      foliage.insert(static_cast<ClassId>(label));
     }
   }
-  return classes;
+  return table ? Result<std::set<ClassId>>::ok(std::move(foliage)) : Result<std::set<ClassId>>::fail(table.error);
 }
 
 /// The reference cloud reaches farther than this from the way everywhere (hgg-sim: 25 m); beyond, the map cannot be
 /// told right from wrong.
 constexpr double kReach = 20.0;
 
-/// The leaves whose middle lies within kReach of the true path.
-std::vector<Belief> alongPath(const std::vector<Belief>& leaves, const std::vector<Pose>& T_truth_body) {
+/// The things whose middle lies within kReach of the true path.
+template <typename Thing>
+std::vector<Thing> alongPath(const std::vector<Thing>& things, const std::vector<Pose>& T_truth_body, auto middle_of) {
   PointSet path, middles;
   for (const Pose& pose : T_truth_body) {
     path.emplace_back(pose.translation().cast<float>());
   }
-  for (const Belief& leaf : leaves) {
-    middles.emplace_back(leaf.mean.cast<float>());
+  for (const Thing& thing : things) {
+    middles.emplace_back(middle_of(thing));
   }
-  std::vector<Belief> kept;
+  std::vector<Thing> kept;
   const std::vector<double> distances = nearestDistances(middles, path);
-  for (std::size_t i = 0; i < leaves.size(); ++i) {
+  for (std::size_t i = 0; i < things.size(); ++i) {
     if (distances[i] <= kReach) {
-      kept.push_back(leaves[i]);
+      kept.push_back(things[i]);
     }
   }
   return kept;
+}
+
+PointSet pointsOf(const std::vector<CloudPoint>& cloud, const std::set<ClassId>& without) {
+  PointSet points;
+  for (const CloudPoint& p : cloud) {
+    if (!without.contains(p.label)) {
+      points.emplace_back(p.x, p.y, p.z);
+    }
+  }
+  return points;
+}
+
+std::vector<Belief> leavesOf(const std::vector<Prediction>& objects, const std::set<ClassId>& without) {
+  std::vector<Belief> leaves;
+  for (const Prediction& object : objects) {
+    if (!without.contains(object.label)) {
+      leaves.insert(leaves.end(), object.geometry.begin(), object.geometry.end());
+    }
+  }
+  return leaves;
+}
+
+GeometryScore scoreAlongPath(const std::vector<Belief>& leaves, const PointSet& reference,
+                             const std::vector<Pose>& T_truth_body, double spacing) {
+  const auto kept = alongPath(leaves, T_truth_body, [](const Belief& leaf) { return leaf.mean.cast<float>(); });
+  const PointSet estimate = sampleLeaves(kept, spacing);
+  GeometryScore score = compareGeometry(estimate, reference, spacing);
+  score.left_out = 1 - static_cast<double>(kept.size()) / static_cast<double>(leaves.size());  // NaN without leaves
+  score.coverage = coverageOf(estimate, alongPath(thin(reference, spacing), T_truth_body, std::identity()));
+  return score;
 }
 
 /// An error line, empty when done, also where the truth has no cloud.
@@ -196,23 +242,12 @@ std::string scoreGeometry(const EvalOptions& options, Evaluation& evaluation) {
   }
   const auto cloud = readCloud(path);
   const auto poses = readPoses(options.poses.empty() ? options.truth / "poses.txt" : options.poses);
-  if (!cloud || !poses) {
-    return !cloud ? cloud.error : poses.error;
+  const auto foliage = foliageOf(options, evaluation.class_names);
+  if (!cloud || !poses || !foliage) {
+    return !cloud ? cloud.error : !poses ? poses.error : foliage.error;
   }
-  const auto foliage = foliageOf(evaluation.class_names);
-  PointSet reference;
-  for (const CloudPoint& p : *cloud) {
-    if (!foliage.contains(p.label)) {
-      reference.emplace_back(p.x, p.y, p.z);
-    }
-  }
-  std::vector<Belief> leaves;
-  for (const Prediction& object : evaluation.scenery.predictions) {
-    if (!foliage.contains(object.label)) {
-      leaves.insert(leaves.end(), object.geometry.begin(), object.geometry.end());
-    }
-  }
-  evaluation.geometry = compareGeometry(sampleLeaves(alongPath(leaves, *poses), options.spacing), reference, options.spacing);
+  evaluation.geometry = scoreAlongPath(leavesOf(evaluation.scenery.predictions, *foliage), pointsOf(*cloud, *foliage),
+                                       *poses, options.spacing);
   return "";
 }
 
@@ -258,6 +293,7 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
       object = transform(evaluation.trajectory->T_truth_map, object);
     }
   }
+  markThings(graph->objects, *truth);
   evaluation.class_names = std::move(graph->class_names);
   evaluation.objects = evaluateObjects(graph->objects, *truth, options.radius, *only);
   evaluation.scenery.predictions = std::move(graph->objects);

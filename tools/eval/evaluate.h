@@ -16,7 +16,7 @@ namespace hgg {
 
 struct EvalOptions {
   std::filesystem::path map, graph;  // one of them: map.hgg or graph JSON
-  std::filesystem::path truth;       // directory with gt_objects.json; cloud.ply and queries.jsonl are used when there
+  std::filesystem::path truth;       // directory with gt_objects.json; cloud.ply, queries.jsonl, classes.toml: if there
   std::filesystem::path trajectory;  // TUM; empty: the map's frame is taken to be the truth's
   std::filesystem::path poses;       // true poses; empty: truth/poses.txt
   std::filesystem::path times;       // of the true poses; empty: truth/times.txt, else the log's, else by row
@@ -34,6 +34,7 @@ struct TrajectoryScore {
   double ate = 0;                       // m
   Pose T_truth_map = Pose::Identity();  // applied to the predictions before matching
   RelativeError relative;
+  double share = 0;  // of the true poses that have a partner: those without cannot count against the trajectory
 };
 
 /// One pose sequence beside the truth: what a picture needs.

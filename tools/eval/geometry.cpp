@@ -196,6 +196,11 @@ GeometryScore measureGeometry(const PointSet& estimate, const PointSet& referenc
   return score;
 }
 
+double coverageOf(const PointSet& estimate, const PointSet& reference) {
+  const auto near = static_cast<double>(cropTo(reference, estimate, kCropRadius).size());
+  return reference.empty() ? std::numeric_limits<double>::quiet_NaN() : near / static_cast<double>(reference.size());
+}
+
 GeometryScore compareGeometry(const PointSet& estimate, const PointSet& reference, double spacing) {
   const PointSet cropped = cropTo(reference, estimate, kCropRadius);
   const Pose T = cropped.empty() ? Pose::Identity() : alignClouds(estimate, cropped);

@@ -30,6 +30,8 @@ struct GeometryScore {
   double chamfer = 0;       // m, mean of the two
   std::size_t estimate_points = 0, reference_points = 0;  // compared: thinned, and cropped
   Pose T_reference_estimate = Pose::Identity();           // what the alignment moved
+  double left_out = 0;  // share of the map's leaves too far from the path to be told right from wrong
+  double coverage = 0;  // share of the reference along the path that the map came near, see coverageOf()
 };
 
 /// Protocol of the paper's correction ablation (PALoc / MapEval): the reference is cropped to 3 m around the estimate,
@@ -37,6 +39,10 @@ struct GeometryScore {
 /// m), then distances to the nearest point are averaged both ways. Points are thinned to one a voxel of `spacing` on
 /// the asking side only. NaN where either side is empty.
 GeometryScore compareGeometry(const PointSet& estimate, const PointSet& reference, double spacing);
+
+/// Share of `reference` that survives the crop of compareGeometry(). What a map leaves out costs it neither accuracy
+/// nor completeness where that is far from everything it has: it shows here. NaN without a reference.
+double coverageOf(const PointSet& estimate, const PointSet& reference);
 
 /// The comparison alone: no crop, no alignment.
 GeometryScore measureGeometry(const PointSet& estimate, const PointSet& reference, double spacing);

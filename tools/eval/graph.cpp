@@ -1,14 +1,74 @@
 #include "eval/graph.h"
 
+#include <array>
+#include <charconv>
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
 
+#include "core/spd.h"
 #include "map/file.h"
 
 namespace hgg {
 namespace {
 
 using nlohmann::json;
+
+constexpr double kRounding = 1e-9, kLeafRounding = 1e-6;  // of a covariance's trace; leaves are stored as floats
+constexpr const char* kNoLabel = " is not a whole number from 0 to 65535";
+
+bool isLabel(const json& entry) {
+  return entry.is_number_integer() && entry >= 0 && entry <= std::numeric_limits<ClassId>::max();
+}
+
+/// What is wrong with a covariance, empty when nothing is. Flat ones are fine, down to a single point.
+std::string problemOf(const Mat3& cov, double rounding) {
+  if (!cov.allFinite() || !std::isfinite(cov.trace())) {
+    return "is not finite";
+  }
+  const double tolerance = rounding * std::abs(cov.trace());
+  if ((cov - cov.transpose()).cwiseAbs().maxCoeff() > tolerance) {
+    return "is not symmetric";
+  }
+  return eigenSymmetric(cov).values[0] >= -tolerance ? "" : "has a negative eigenvalue";
+}
+
+std::string problemOf(const Prediction& object) {
+  if (!object.belief.mean.allFinite()) {
+    return "mean is not finite";
+  }
+  if (!(object.belief.kappa > 0 && std::isfinite(object.belief.kappa))) {
+    return "kappa is " + json(object.belief.kappa).dump() + ", not above 0";
+  }
+  for (const auto& [name, cov] :
+       {std::pair("cov", &object.belief.cov), std::pair("position_cov", &object.position_cov)}) {
+    if (const std::string problem = problemOf(*cov, kRounding); !problem.empty()) {
+      return name + (" " + problem);
+    }
+  }
+  for (const Belief& leaf : object.geometry) {
+    const std::string problem = leaf.mean.allFinite() ? problemOf(leaf.cov, kLeafRounding) : "is not finite";
+    if (!problem.empty()) {
+      return "geometry: a leaf's mean or cov " + problem;
+    }
+  }
+  return "";
+}
+
+/// The graph, or what is wrong with its first unusable object: a wrong number would silently change the scores, and of
+/// two objects with one id only one could be a ghost.
+Result<PredictedGraph> checked(PredictedGraph graph, const std::filesystem::path& path) {
+  std::set<NodeId> ids;
+  for (const Prediction& object : graph.objects) {
+    const std::string problem = ids.insert(object.id).second ? problemOf(object) : "this id appears twice";
+    if (!problem.empty()) {
+      return Result<PredictedGraph>::fail(path.string() + ": object " + std::to_string(object.id) + ": " + problem);
+    }
+  }
+  return Result<PredictedGraph>::ok(std::move(graph));
+}
 
 Mat3 matrixOf(const json& entry) {
   const auto rows = entry.get<std::array<double, 9>>();
@@ -20,10 +80,16 @@ Belief beliefOf(const json& entry) {
   return {Vec3(mean.data()), matrixOf(entry.at("cov")), entry.at("kappa").get<double>()};
 }
 
-Prediction predictionOf(const json& entry) {
+Result<Prediction> predictionOf(const json& entry) {
+  const json &id = entry.at("id"), &label = entry.at("label");
+  if (!id.is_number_integer() || !isLabel(label)) {
+    return Result<Prediction>::fail(
+        "object " + id.dump() +
+        (isLabel(label) ? ": the id is not a whole number" : ": label " + label.dump() + kNoLabel));
+  }
   Prediction object;
-  object.id = entry.at("id").get<NodeId>();
-  object.label = entry.at("label").get<ClassId>();
+  object.id = id.get<NodeId>();
+  object.label = label.get<ClassId>();
   object.stuff = entry.value("stuff", false);
   object.belief = beliefOf(entry);
   object.position_cov =
@@ -31,19 +97,37 @@ Prediction predictionOf(const json& entry) {
   for (const json& leaf : entry.value("geometry", json::array())) {
     object.geometry.push_back(beliefOf(leaf));
   }
-  return object;
+  return Result<Prediction>::ok(std::move(object));
 }
 
-PredictedGraph graphOf(const json& root) {
-  PredictedGraph graph;
-  const json classes = root.value("classes", json::object());
-  for (const auto& [id, name] : classes.items()) {
-    graph.class_names[static_cast<ClassId>(std::stoul(id))] = name.get<std::string>();
+Result<std::map<ClassId, std::string>> classNamesOf(const json& classes) {
+  using Names = Result<std::map<ClassId, std::string>>;
+  std::map<ClassId, std::string> names;
+  for (const auto& [key, name] : classes.items()) {
+    ClassId id = 0;
+    const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), id);
+    if (error != std::errc() || end != key.data() + key.size()) {
+      return Names::fail("class key " + json(key).dump() + kNoLabel);
+    }
+    names[id] = name.get<std::string>();
   }
+  return Names::ok(std::move(names));
+}
+
+Result<PredictedGraph> graphOf(const json& root) {
+  auto names = classNamesOf(root.value("classes", json::object()));
+  if (!names) {
+    return Result<PredictedGraph>::fail(names.error);
+  }
+  PredictedGraph graph{{}, std::move(*names)};
   for (const json& entry : root.at("objects")) {
-    graph.objects.push_back(predictionOf(entry));
+    auto object = predictionOf(entry);
+    if (!object) {
+      return Result<PredictedGraph>::fail(object.error);
+    }
+    graph.objects.push_back(std::move(*object));
   }
-  return graph;
+  return Result<PredictedGraph>::ok(std::move(graph));
 }
 
 Prediction predictionOf(const MapNode& node) {
@@ -80,7 +164,7 @@ Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   for (const auto& [id, node] : stored->map.nodes()) {
     graph.objects.push_back(predictionOf(node));
   }
-  return Result<PredictedGraph>::ok(std::move(graph));
+  return checked(std::move(graph), path);
 }
 
 Result<PredictedGraph> readGraphJson(const std::filesystem::path& path) {
@@ -93,7 +177,8 @@ Result<PredictedGraph> readGraphJson(const std::filesystem::path& path) {
     if (!isGraphVersion1(root)) {
       return Result<PredictedGraph>::fail(path.string() + " is not an hgg-graph of version 1");
     }
-    return Result<PredictedGraph>::ok(graphOf(root));
+    auto graph = graphOf(root);
+    return graph ? checked(std::move(*graph), path) : Result<PredictedGraph>::fail(path.string() + ": " + graph.error);
   } catch (const std::exception& e) {
     return Result<PredictedGraph>::fail(path.string() + " is not a usable graph: " + e.what());
   }

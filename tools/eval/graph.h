@@ -29,9 +29,12 @@ struct PredictedGraph {
 /// The object as seen from another frame, geometry included.
 Prediction transform(const Pose& T_a_b, const Prediction& object);
 
-/// Object nodes of a map.hgg with their leaves.
+/// Both readers refuse ids that appear twice and numbers without a meaning: kappa of 0 or less, covariances that are
+/// not finite, not symmetric or not positive semi-definite (a zero one is fine). Object nodes of a map.hgg with their
+/// leaves.
 Result<PredictedGraph> readMapObjects(const std::filesystem::path& path);
-/// Objects of a Graph JSON, version 1. Without "position_cov" it is cov / kappa; "geometry" may be missing.
+/// Objects of a Graph JSON, version 1. Without "position_cov" it is cov / kappa; "geometry" may be missing. Labels
+/// are whole numbers 0..65535.
 Result<PredictedGraph> readGraphJson(const std::filesystem::path& path);
 
 }  // namespace hgg

@@ -160,9 +160,9 @@ void replace(std::string& text, const std::string& placeholder, const std::strin
   text.replace(text.find(placeholder), placeholder.size(), with);
 }
 
-/// JSON that can stand inside a script element: no text in it can end the element.
+/// JSON that can stand inside a script element: no text in it can end the element. What is no UTF-8 is replaced.
 std::string embedded(const json& data) {
-  std::string text = data.dump();
+  std::string text = data.dump(-1, ' ', false, json::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;) {
     text.replace(at, 1, "\\u003c");
   }

@@ -28,7 +28,7 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
       const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
         pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
-                         normalisedSquare(error, prediction.position_cov)});
+                         normalisedSquare(error, prediction.position_cov), prediction.position_cov.trace() / 3});
       }
     }
   }
@@ -130,7 +130,19 @@ Spread ObjectScore::positionError() const { return spreadOf(valuesOf(matches, &M
 
 Spread ObjectScore::extentError() const { return spreadOf(valuesOf(matches, &Match::extent_error)); }
 
-Calibration ObjectScore::calibration() const { return calibrate(valuesOf(matches, &Match::normalised_square)); }
+Calibration ObjectScore::calibration() const {
+  return calibrate(valuesOf(matches, &Match::normalised_square), valuesOf(matches, &Match::position_variance));
+}
+
+void markThings(std::vector<Prediction>& predictions, std::span<const TruthObject> truth) {
+  std::set<ClassId> things;
+  for (const TruthObject& object : truth) {
+    things.insert(object.label);
+  }
+  for (Prediction& prediction : predictions) {
+    prediction.stuff = prediction.stuff && !things.contains(prediction.label);
+  }
+}
 
 ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
                                  double radius, const std::set<ClassId>& only) {

@@ -17,6 +17,7 @@ struct Match {
   double distance = 0;           // m between the means
   double extent_error = 0;       // m, 2-Wasserstein distance of the two Gaussians
   double normalised_square = 0;  // of the position error under the published position covariance
+  double position_variance = 0;  // m^2, mean of that covariance's diagonal
 };
 
 /// Mean, median and maximum; NaN of nothing.
@@ -41,6 +42,10 @@ struct ObjectScore {
   Spread extentError() const;
   Calibration calibration() const;
 };
+
+/// A class with true objects is one of things, whatever the map says of its own objects: else a map could hide its
+/// ghosts by calling them stuff.
+void markThings(std::vector<Prediction>& predictions, std::span<const TruthObject> truth);
 
 struct ObjectEvaluation {
   std::map<ClassId, ObjectScore> classes;

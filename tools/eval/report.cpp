@@ -3,11 +3,14 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 namespace hgg {
 namespace {
 
 using nlohmann::json;
+
+constexpr double kWholeShare = 0.95;  // of the true poses: below, the trajectory scores are of a part
 
 template <typename... Args>
 std::string format(const char* pattern, Args... args) {
@@ -35,22 +38,28 @@ std::string formatObjects(const Evaluation& evaluation) {
     text += formatRow(className(evaluation, label), score);
   }
   text += formatRow("all", evaluation.objects.overall);
-  return evaluation.objects.dynamic.empty()
-             ? text
-             : text + format("%zu predictions of moving objects set aside\n", evaluation.objects.dynamic.size());
+  return evaluation.objects.dynamic.empty() ? text
+                                            : text + format("%zu predictions of moving or removed objects set aside\n",
+                                                            evaluation.objects.dynamic.size());
 }
 
 std::string formatCalibration(const Calibration& c) {
   return format(
       "calibration: mean normalised square / 3 = %s (honest: 1), median / 3 = %s (0.789), inside the 90 %% "
-      "region: %s (0.9), %zu objects\n",
-      number(c.mean_over_3).c_str(), number(c.median_over_3).c_str(), number(c.inside_90).c_str(), c.count);
+      "region: %s (0.9), mean sigma %s m, %zu objects\n",
+      number(c.mean_over_3).c_str(), number(c.median_over_3).c_str(), number(c.inside_90).c_str(),
+      number(c.mean_sigma).c_str(), c.count);
 }
 
 std::string formatTrajectory(const char* name, const TrajectoryScore& t) {
-  return format("%-11s ATE %.3f m over %zu poses; %s m and %s deg per 100 m (%zu stretches of %.0f m)\n", name, t.ate,
-                t.pairs, number(t.relative.translation).c_str(), number(t.relative.rotation_deg).c_str(),
-                t.relative.count, t.relative.stretch);
+  const std::string line =
+      format("%-11s ATE %.3f m over %zu poses (share %.3f of the true ones); ", name, t.ate, t.pairs, t.share) +
+      format("%s m and %s deg per 100 m (%zu stretches of %.0f m)\n", number(t.relative.translation).c_str(),
+             number(t.relative.rotation_deg).c_str(), t.relative.count, t.relative.stretch);
+  return t.share >= kWholeShare
+             ? line
+             : line + format("warning: %s only %.1f %% of the true poses are scored, the rest has no pose to compare\n",
+                             name, 100 * t.share);
 }
 
 std::string formatTrajectories(const Evaluation& e) {
@@ -58,7 +67,7 @@ std::string formatTrajectories(const Evaluation& e) {
     return "trajectory: not scored (--trajectory)\n";
   }
   const Pose& T = e.trajectory->T_truth_map;
-  const double degrees = Eigen::AngleAxisd(T.linear()).angle() * 180.0 / M_PI;
+  const double degrees = Eigen::AngleAxisd(T.linear()).angle() * 180.0 / std::numbers::pi;
   return formatTrajectory("trajectory:", *e.trajectory) +
          (e.odometry ? formatTrajectory("odometry:", *e.odometry) : "odometry: not scored (--log)\n") +
          format("the map was moved by %.3f %.3f %.3f m and turned by %.3f deg before matching\n", T.translation().x(),
@@ -70,9 +79,11 @@ std::string formatGeometry(const Evaluation& e) {
     return "geometry: not yet (the truth has no cloud.ply)\n";
   }
   const GeometryScore& g = *e.geometry;
-  return format("geometry: Chamfer %s m, map accuracy %s m, completeness %s m (%zu points against %zu)\n",
-                number(g.chamfer).c_str(), number(g.accuracy).c_str(), number(g.completeness).c_str(),
-                g.estimate_points, g.reference_points);
+  return format(
+      "geometry: Chamfer %s m, map accuracy %s m, completeness %s m (%zu points against %zu)\n"
+      "          covers %s of the reference along the path; %s of the leaves are too far from it and left out\n",
+      number(g.chamfer).c_str(), number(g.accuracy).c_str(), number(g.completeness).c_str(), g.estimate_points,
+      g.reference_points, number(g.coverage).c_str(), number(g.left_out).c_str());
 }
 
 std::string formatRetrieval(const Evaluation& e) {
@@ -123,11 +134,8 @@ json toJson(const std::vector<Match>& matches) {
 json toJson(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"max", s.max}}; }
 
 json toJson(const Calibration& c) {
-  return {{"count", c.count},
-          {"mean_over_3", c.mean_over_3},
-          {"median_over_3", c.median_over_3},
-          {"inside_90", c.inside_90},
-          {"inside", c.inside}};
+  return {{"count", c.count},         {"mean_over_3", c.mean_over_3}, {"median_over_3", c.median_over_3},
+          {"inside_90", c.inside_90}, {"inside", c.inside},           {"mean_sigma", c.mean_sigma}};
 }
 
 json toJson(const ObjectScore& s) {
@@ -155,6 +163,7 @@ json toJson(const Pose& T) {
 
 json toJson(const TrajectoryScore& t) {
   return {{"pairs", t.pairs},
+          {"share", t.share},
           {"ate_rmse", t.ate},
           {"T_truth_map", toJson(t.T_truth_map)},
           {"relative",
@@ -170,6 +179,8 @@ json toJson(const GeometryScore& g) {
           {"completeness", g.completeness},
           {"estimate_points", g.estimate_points},
           {"reference_points", g.reference_points},
+          {"left_out", g.left_out},
+          {"coverage", g.coverage},
           {"T_reference_estimate", toJson(g.T_reference_estimate)}};
 }
 
@@ -207,9 +218,11 @@ json toJson(const Evaluation& evaluation) {
     entry["name"] = className(evaluation, label);
     classes.push_back(std::move(entry));
   }
+  json overall = toJson(evaluation.objects.overall);
+  overall["set_aside"] = evaluation.objects.dynamic.size();
   return {{"radius", evaluation.radius},
           {"classes", std::move(classes)},
-          {"overall", toJson(evaluation.objects.overall)},
+          {"overall", std::move(overall)},
           {"dynamic", toJson(evaluation.objects.dynamic)},
           {"trajectory", toJson(evaluation.trajectory)},
           {"odometry", toJson(evaluation.odometry)},

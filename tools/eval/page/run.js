@@ -213,7 +213,7 @@ function calibrationCard() {
   const verdict = !isNumber(c.mean_over_3) ? "" : c.inside_90 < 0.8 ? "The map trusts itself too much." : c.inside_90 > 0.98
     ? "The map trusts itself too little." : "The map keeps its word.";
   return card("", "Calibration", `Share of found objects whose true position lies inside the region that should hold so many. ${verdict}`,
-    legend(key("var(--found)", `measured (mean normalised square / 3: ${show(c.mean_over_3)}, median / 3: ${show(c.median_over_3)})`), key("var(--muted)", "honest", "dash")),
+    legend(key("var(--found)", `measured (mean normalised square / 3: ${show(c.mean_over_3)}, median / 3: ${show(c.median_over_3)}; mean sigma: ${show(c.mean_sigma)} m)`), key("var(--muted)", "honest", "dash")),
     c.count ? lineChart([{name: "inside, %", points, color: "var(--found)", dots: true}],
       {x: "expected, %", y: "inside, %", xMax: 100, yMax: 100, diagonal: true}) : el("p", {class: "none"}, "nothing was found"));
 }
@@ -221,11 +221,11 @@ function calibrationCard() {
 function trajectoryCard() {
   const curve = (name, color) => scenery.errors[name] && {name, color, points: scenery.errors[name]};
   const row = (name, t) => t && el("tr", {}, el("td", {}, name), [t.ate_rmse, t.relative.translation_m_per_100m, t.relative.rotation_deg_per_100m]
-    .map((x) => el("td", {}, show(x))));
+    .map((x) => el("td", {}, show(x))), el("td", {}, percent(t.share)));
   const series = [curve("odometry", "var(--odometry)"), curve("corrected", "var(--corrected)")].filter(Boolean);
   return card("", "Trajectory", trajectory ? `Distance to the true pose after the best rigid fit; drift over stretches of ${show(trajectory.relative.stretch_m)} m.` : "",
     trajectory ? [legend(series.map((s) => key(s.color, s.name))), lineChart(series, {x: "frame", y: "m", height: 200}),
-      el("table", {}, el("tr", {}, ["", "ATE, m", "drift, m / 100 m", "turn, deg / 100 m"].map((h) => el("th", {}, h))),
+      el("table", {}, el("tr", {}, ["", "ATE, m", "drift, m / 100 m", "turn, deg / 100 m", "true poses scored"].map((h) => el("th", {}, h))),
         row("odometry", odometry), row("corrected", trajectory))] : el("p", {class: "none"}, "not scored: give --trajectory"));
 }
 
@@ -258,7 +258,7 @@ function memoryCards() {
 function geometryCard() {
   const rows = geometry && [["map accuracy", "estimate to reference", geometry.accuracy, "var(--found)"], ["completeness", "reference to estimate", geometry.completeness, "var(--corrected)"],
     ["Chamfer", "mean of both", geometry.chamfer, "var(--muted)"]].map(([name, about, value, color]) => ({name, value, color, text: `${show(value)} m`, tip: about}));
-  return card("third", "Geometry", geometry ? `Points of the leaves against the reference cloud, cropped to 3 m around the estimate, aligned, without vegetation: ${geometry.estimate_points.toLocaleString("en")} against ${geometry.reference_points.toLocaleString("en")} points.` : "",
+  return card("third", "Geometry", geometry ? `Points of the leaves against the reference cloud, cropped to 3 m around the estimate, aligned, without vegetation: ${geometry.estimate_points.toLocaleString("en")} against ${geometry.reference_points.toLocaleString("en")} points. The map covers ${percent(geometry.coverage)} of the reference along the path; ${percent(geometry.left_out)} of its leaves are too far from the path and left out.` : "",
     geometry ? barChart(rows, {rowHeight: 34}) : el("p", {class: "none"}, "not yet: the truth has no cloud.ply"));
 }
 
