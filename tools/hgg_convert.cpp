@@ -31,6 +31,15 @@ int fail(const std::string& error) {
   return kBadInput;
 }
 
+void addElevation(CLI::App& sub, Arguments& args) {
+  args.kitti.elevation_deg = hgg::kKittiElevation_deg;
+  sub.add_option("--elevation", args.kitti.elevation_deg,
+                 "lift all points by this angle: KITTI's HDL-64 measures too low; 0 for other sensors")
+      ->type_name("DEG")
+      ->check(CLI::Range(-5.0, 5.0))
+      ->capture_default_str();
+}
+
 CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
   CLI::App* sub = app.add_subcommand("semantickitti", kKittiHelp);
   sub->add_option("DIR", args.kitti.dir, "folder with velodyne/")->required();
@@ -40,6 +49,7 @@ CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
   sub->add_option("--rate", args.kitti.rate_hz, "frames a second [DIR/times.txt, else 10]")
       ->type_name("HZ")
       ->check(CLI::Range(0.001, 10000.0));
+  addElevation(*sub, args);
   sub->footer("Example:\n  hgg-convert semantickitti sequences/00 -o 00.lcm --poses 00_lidar_poses.txt");
   return sub;
 }
@@ -51,6 +61,7 @@ CLI::App* addKittiTruth(CLI::App& app, Arguments& args) {
   sub->add_option("--labels", args.kitti.labels, "label folder below DIR [gt_labels]")->type_name("SUB");
   sub->add_option("--poses", args.kitti.poses, "true poses, LiDAR frame [DIR/poses.txt]")->type_name("FILE");
   sub->add_option("--boxes", args.boxes, "csv with track_id, cx_world, cy_world")->type_name("CSV");
+  addElevation(*sub, args);
   sub->footer("Example:\n  hgg-convert kitti-truth kitti_0001 -o truth --boxes kitti_0001/boxes.csv");
   return sub;
 }

@@ -65,6 +65,22 @@ void expectError(const KittiOptions& options, const std::string& part) {
   EXPECT_EQ(frames.error.find('\n'), std::string::npos) << frames.error;
 }
 
+TEST(Convert, ElevationIsLiftedAndRangeAndBearingStay) {
+  const KittiFolder folder;
+  KittiOptions options = folder.options();
+  const auto before = readKittiPoints(listKittiFrames(options)->back());
+  options.elevation_deg = 0.205;
+  const auto after = readKittiPoints(listKittiFrames(options)->back());
+  ASSERT_EQ(before->size(), after->size());
+  for (std::size_t i = 0; i < before->size(); ++i) {
+    const Vec3 a((*before)[i].x, (*before)[i].y, (*before)[i].z), b((*after)[i].x, (*after)[i].y, (*after)[i].z);
+    EXPECT_NEAR(a.norm(), b.norm(), 1e-6);
+    EXPECT_NEAR(std::atan2(a.y(), a.x()), std::atan2(b.y(), b.x()), 1e-6);
+    const auto elevation_deg = [](const Vec3& p) { return std::atan2(p.z(), std::hypot(p.x(), p.y())) * 180 / M_PI; };
+    EXPECT_NEAR(elevation_deg(b) - elevation_deg(a), 0.205, 1e-4);
+  }
+}
+
 TEST(Convert, FolderComesBackThroughTheLog) {
   const KittiFolder folder;
   writeText(folder.path("times.txt"), "1317042145.964\n1317042146.074001\n1.3170421461745e+09\n");

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 
 #include "frame_log.h"
 #include "truth/poses.h"
@@ -119,6 +120,14 @@ std::optional<std::vector<T>> readAll(const fs::path& path, std::size_t count) {
   return in ? std::optional(std::move(values)) : std::nullopt;
 }
 
+/// Turns the point's direction up by an angle given by its cosine and sine; its range stays.
+void lift(Point& p, float cosine, float sine) {
+  const float across = std::hypot(p.x, p.y);
+  const float scale = across > 0 ? (across * cosine - p.z * sine) / across : cosine;
+  p.z = p.z * cosine + across * sine;
+  p.x *= scale, p.y *= scale;
+}
+
 }  // namespace
 
 Result<std::vector<KittiFrame>> listKittiFrames(const KittiOptions& options) {
@@ -139,7 +148,8 @@ Result<std::vector<KittiFrame>> listKittiFrames(const KittiOptions& options) {
   std::vector<KittiFrame> frames;
   for (const NumberedFile& file : *files) {
     const std::string stem = file.path.stem().string();
-    frames.push_back({file.path, labels / (stem + ".label"), (*times)[file.number], (*poses)[file.number]});
+    frames.push_back(
+        {file.path, labels / (stem + ".label"), (*times)[file.number], (*poses)[file.number], options.elevation_deg});
     if (const std::string error = checkFiles(frames.back()); !error.empty()) {
       return Frames::fail(error);
     }
@@ -158,11 +168,14 @@ Result<std::vector<Point>> readKittiPoints(const KittiFrame& frame) {
   if (!cloud || !words) {
     return Result<std::vector<Point>>::fail("cannot read " + (cloud ? frame.labels : frame.cloud).string());
   }
+  const double lift_rad = frame.elevation_deg * std::numbers::pi / 180;
+  const auto cosine = static_cast<float>(std::cos(lift_rad)), sine = static_cast<float>(std::sin(lift_rad));
   std::vector<Point> points(count);
   for (std::size_t i = 0; i < count; ++i) {
     const float* xyz = &(*cloud)[4 * i];
     const std::uint32_t word = (*words)[i];
     points[i] = {xyz[0], xyz[1], xyz[2], word >> 16, static_cast<ClassId>(word & 0xffff)};
+    lift(points[i], cosine, sine);
   }
   return Result<std::vector<Point>>::ok(std::move(points));
 }

@@ -16,13 +16,19 @@ struct KittiOptions {
   std::string labels = "labels";  // folder of .label files below dir
   std::filesystem::path poses;    // 3x4 rows in the LiDAR frame; empty: dir/odometry.txt, else dir/poses.txt
   std::optional<double> rate_hz;  // unset: dir/times.txt, else 10 Hz
+  double elevation_deg = 0;       // points are lifted by this angle: a mistake of the sensor's calibration
 };
 
 struct KittiFrame {
   std::filesystem::path cloud, labels;
   Micros utime_us = 0;
   Pose T_world_body = Pose::Identity();  // body = LiDAR
+  double elevation_deg = 0;              // as in KittiOptions
 };
+
+/// KITTI's HDL-64 measures all beams this much too low (known from LiDAR odometry on it); uncorrected, the ground ahead
+/// never fits the ground passed and a map of it bends upwards, by 0.8 degrees in 100 m.
+inline constexpr double kKittiElevation_deg = 0.205;
 
 /// A folder in the SemanticKITTI layout: velodyne/NNNNNN.bin (x, y, z, intensity as f32) and <labels>/NNNNNN.label
 /// (u32), in order of NNNNNN. Row NNNNNN (from 0) of the poses and of times.txt belongs to the frame. Errors: missing
@@ -30,7 +36,7 @@ struct KittiFrame {
 /// increase.
 Result<std::vector<KittiFrame>> listKittiFrames(const KittiOptions& options);
 
-/// Points with label = low 16 bits and instance = high 16 bits of the label word.
+/// Points with label = low 16 bits and instance = high 16 bits of the label word, elevation corrected.
 Result<std::vector<Point>> readKittiPoints(const KittiFrame& frame);
 
 /// Writes the frames as an LCM log stamped with the times of measurement. Labels stay raw: folding is the class table's
