@@ -61,6 +61,18 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visit("alignment", "gate", c.alignment.gate, KeyDoc{0.05, 100, "m", "pairs costlier than this stay unmatched"});
   visit("alignment", "geometry_share", c.alignment.geometry_share,
         KeyDoc{0, 1, "", "alpha_c of the pair cost: Wasserstein distance against neighbour histogram"});
+  visit("alignment", "leaf_gate", c.alignment.leaf_gate,
+        KeyDoc{0.02, 10, "m", "leaves farther apart than this are no pair"});
+  visit("alignment", "max_leaf_pairs", c.alignment.max_leaf_pairs,
+        KeyDoc{10, 100000, "leaves", "of a frame that take part in fine alignment, spread evenly over it"});
+  visit("alignment", "odometry_drift", c.alignment.odometry_drift,
+        KeyDoc{0, 1, "", "odometry's error as a share of the way and of the turn, one standard deviation"});
+  visit("alignment", "odometry_turn_deg", c.alignment.odometry_turn_deg,
+        KeyDoc{0, 10, "deg", "odometry's error of the heading per metre, one standard deviation"});
+  visit("alignment", "odometry_jitter", c.alignment.odometry_jitter,
+        KeyDoc{0.0001, 1, "m", "odometry's error between two frames whatever the way, one standard deviation"});
+  visit("alignment", "odometry_jitter_deg", c.alignment.odometry_jitter_deg,
+        KeyDoc{0.001, 10, "deg", "odometry's error of the attitude between two frames, one standard deviation"});
 
   visit("map", "leaf_size", c.map.leaf_size, KeyDoc{0.05, 10, "m", "cell of the finest leaves: one leaf each"});
   visit("map", "merge_overlap", c.map.merge_overlap,

@@ -38,6 +38,12 @@ struct CreationConfig {
 struct AlignmentConfig {
   double gate = 3.0;
   double geometry_share = 0.9;
+  double leaf_gate = 1.0;
+  int max_leaf_pairs = 1500;
+  double odometry_drift = 0.03;
+  double odometry_turn_deg = 0.2;
+  double odometry_jitter = 0.01;
+  double odometry_jitter_deg = 0.05;
 };
 
 struct MapConfig {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "alignment/align.h"
+#include "alignment/prediction.h"
 #include "creation/object_graph.h"
 #include "map/fuse.h"
 
@@ -77,18 +78,24 @@ Mapper::Mapper(Config config, ClassTable classes, Map map)
 StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
-  const Pose T_map_body_predicted = T_map_odom_ * frame.T_odom_body;
+  const PoseBelief prediction =
+      last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * frame.T_odom_body, config_.alignment)
+            : startPose(T_map_odom_ * frame.T_odom_body);
 
-  const LocalGraph local = createLocalGraph(frame, T_map_body_predicted, classes_, config_);
+  const LocalGraph local = createLocalGraph(frame, prediction.T_map_body, classes_, config_);
   clock.lap("creation");
-  const Alignment alignment = align(local, map_, T_map_body_predicted, config_);
+  const Alignment alignment = align(local, map_, prediction, config_);
   clock.lap("alignment");
-  report.delta = map_.apply(fuse(map_, local, alignment.T_map_body, alignment.pairs, classes_, config_));
+  const Pose& T_map_body = alignment.pose.T_map_body;
+  report.delta = map_.apply(fuse(map_, local, T_map_body, alignment.pairs, classes_, config_));
   clock.lap("update");
 
-  T_map_odom_ = alignment.T_map_body * frame.T_odom_body.inverse();
+  last_ = {alignment.pose, frame.T_odom_body};
+  T_map_odom_ = T_map_body * frame.T_odom_body.inverse();
   report.utime_us = frame.utime_us;
-  report.T_map_body = alignment.T_map_body;
+  report.T_map_body = T_map_body;
+  report.alignment = alignment.reason;
+  report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
   report.T_map_odom = T_map_odom_;
   report.points = local.points;
   report.unknown_labels = local.unknown_labels;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "alignment/registration.h"
 #include "config.h"
 #include "frame/frame.h"
 #include "map/map.h"
@@ -16,6 +18,8 @@ struct StepReport {
   Pose T_map_body = Pose::Identity();
   Pose T_map_odom = Pose::Identity();
   MapDelta delta;
+  std::string alignment;  // how the pose came about: "aligned", "degenerate" or "odometry"
+  int degenerate = 0;     // directions in which it is odometry's
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
   std::size_t points = 0;                                // kept points
   std::size_t unknown_labels = 0;                        // points with a label outside the class table
@@ -42,10 +46,17 @@ class Mapper {
   std::vector<Edge> edgesOf(const std::vector<NodeId>& ids) const;
 
  private:
+  /// The last refined pose and the odometry it came with.
+  struct Aligned {
+    PoseBelief pose;
+    Pose T_odom_body;
+  };
+
   Config config_;
   ClassTable classes_;
   Map map_;
   Pose T_map_odom_ = Pose::Identity();
+  std::optional<Aligned> last_;
 };
 
 }  // namespace hgg

@@ -44,6 +44,8 @@ class Reporter {
   Bus& bus_;
   Micros last_utime_us_ = 0;  // of the newest frame
   FrameTiming last_timing_;
+  std::string last_alignment_;
+  int last_degenerate_ = 0;
   Micros start_us_ = Bus::now_us(), last_tick_us_ = start_us_, next_complete_us_ = start_us_, next_idle_us_ = start_us_;
   PipelineCounts last_counts_;  // at the last tick
   std::int64_t unsent_ = 0;
@@ -59,6 +61,8 @@ FrameTiming Reporter::frame(const StepReport& report, FrameTiming timing) {
   timing.frame_ms += publish_ms;
   last_utime_us_ = report.utime_us;
   last_timing_ = timing;
+  last_alignment_ = report.alignment;
+  last_degenerate_ = report.degenerate;
   return timing;
 }
 
@@ -91,6 +95,8 @@ Status Reporter::status(Micros now_us, const PipelineCounts& counts) const {
   out.stage_ms = last_timing_.stage_ms;
   out.unknown_labels = counts.unknown_labels;
   out.rss_mb = residentMegabytes();
+  out.alignment = last_alignment_;
+  out.degenerate = last_degenerate_;
   describeMap(mapper_.map(), out);
   return out;
 }
@@ -103,9 +109,9 @@ void Reporter::sendCompleteGraph(Micros now_us) {
 void Reporter::logStatus(const Status& s) const {
   spdlog::info(
       "{:4.1f} Hz, {:5.1f} ms | {} objects, {} leaves, map {:.1f} MB | dropped: {} busy, {} no odometry, {} invalid | "
-      "{:.0f} MB",
+      "{:.0f} MB | {}",
       s.frame_rate, s.frame_ms, s.objects, s.leaves, s.map_mb, s.dropped_busy, s.dropped_odometry, s.dropped_invalid,
-      s.rss_mb);
+      s.rss_mb, s.alignment);
 }
 
 /// Why there was no frame in the last second; said at once, then once a minute.

@@ -1,9 +1,129 @@
 #include "alignment/align.h"
 
-namespace hgg {
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 
-Alignment align(const LocalGraph& local, const Map& map, const Pose& T_map_body_predicted, const Config& config) {
-  return {T_map_body_predicted, coarseCorrespondence(local, map, T_map_body_predicted, config), "odometry"};
+#include "core/spd.h"
+
+namespace hgg {
+namespace {
+
+constexpr int kEdgeSamples = 1;      // K of eq. edge_cost
+constexpr double kRobustScale = 2;   // standard deviations
+constexpr double kLeafNoise = 0.01;  // m, floor of a leaf's thickness
+constexpr double kLoosest = 5;       // m
+/// Leaves of a frame share its errors: together they count as this many independent ones.
+constexpr double kEffectiveLeaves = 400;
+
+/// Where on its surface a leaf has its mean is chance, so the flatter a leaf is the less it says along its surface:
+/// lambda_k^3 / lambda_min^2 keeps the thickness of a plane and the extent of a ball.
+Mat3 loosened(const Mat3& cov) {
+  const Eigen3 e = eigenSymmetric(withFloor(cov, kLeafNoise));
+  Vec3 variances;
+  for (int k = 0; k < 3; ++k) {
+    const double flatness = e.values[k] / e.values[0];
+    variances[k] = std::min(e.values[k] * flatness * flatness, std::max(kLoosest * kLoosest, e.values[k]));
+  }
+  return e.vectors * variances.asDiagonal() * e.vectors.transpose();
+}
+
+std::vector<GaussianPair> objectGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
+                                          double sigma_floor) {
+  std::vector<GaussianPair> gaussians;
+  for (const ObjectPair& pair : pairs) {
+    const Belief& seen = local.objects[static_cast<std::size_t>(pair.local)].belief;
+    const Belief& known = map.find(pair.map)->belief;
+    gaussians.push_back({seen.mean, withFloor(seen.cov, sigma_floor), known.mean, withFloor(known.cov, sigma_floor)});
+  }
+  return gaussians;
+}
+
+/// The Gaussian at `gamma` of the way from u to v: the mean on the line, the covariance on the geodesic.
+Belief alongEdge(const Belief& u, const Belief& v, double gamma, double sigma_floor) {
+  return {(1 - gamma) * u.mean + gamma * v.mean,
+          spdGeodesic(withFloor(u.cov, sigma_floor), withFloor(v.cov, sigma_floor), gamma), 0};
+}
+
+/// eq. edge_cost: virtual Gaussians along the edges of the frame's graph whose ends are both matched, and along the
+/// same lines in the map.
+std::vector<GaussianPair> edgeGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
+                                        double sigma_floor) {
+  std::vector<const Belief*> known(local.objects.size(), nullptr);
+  for (const ObjectPair& pair : pairs) {
+    known[static_cast<std::size_t>(pair.local)] = &map.find(pair.map)->belief;
+  }
+  std::vector<GaussianPair> gaussians;
+  for (const LocalEdge& edge : local.edges) {
+    const auto a = static_cast<std::size_t>(edge.a), b = static_cast<std::size_t>(edge.b);
+    if (known[a] == nullptr || known[b] == nullptr) {
+      continue;
+    }
+    for (int k = 1; k <= kEdgeSamples; ++k) {
+      const double gamma = k / (kEdgeSamples + 1.0);
+      const Belief seen = alongEdge(local.objects[a].belief, local.objects[b].belief, gamma, sigma_floor);
+      const Belief mapped = alongEdge(*known[a], *known[b], gamma, sigma_floor);
+      gaussians.push_back({seen.mean, seen.cov, mapped.mean, mapped.cov});
+    }
+  }
+  return gaussians;
+}
+
+std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
+                                        const std::vector<LeafPair>& leaf_pairs) {
+  std::vector<GaussianPair> gaussians;
+  gaussians.reserve(leaf_pairs.size());
+  for (const LeafPair& match : leaf_pairs) {
+    const ObjectPair& pair = pairs[static_cast<std::size_t>(match.pair)];
+    const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
+    const MapNode& node = *map.find(pair.map);
+    const Belief seen = transform(object.T_body_object, object.leaves[static_cast<std::size_t>(match.local)]);
+    const Belief known = transform(node.T_map_object, unpackLeaf(node.leaves[static_cast<std::size_t>(match.map)]));
+    gaussians.push_back({seen.mean, loosened(seen.cov), known.mean, loosened(known.cov)});
+  }
+  return gaussians;
+}
+
+/// Splits the tangent by who knows it better, in the metric of the prior: keeps the pairs' word where they know more,
+/// the prior's where they do not.
+struct Split {
+  Mat6 kept;  // projects a difference to the prior onto what the pairs know
+  std::vector<Vec6> degenerate;
+};
+
+Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> solver(of_pairs, of_prior);
+  Split split{Mat6::Zero(), {}};
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 v = solver.eigenvectors().col(k);
+    if (solver.eigenvalues()[k] < 1) {
+      split.degenerate.push_back(v.normalized());
+    } else {
+      split.kept += v * v.transpose() * of_prior;
+    }
+  }
+  return split;
+}
+
+}  // namespace
+
+Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config) {
+  Alignment alignment;
+  alignment.pairs = coarseCorrespondence(local, map, prior.T_map_body, config);
+  auto objects = objectGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
+  const auto edges = edgeGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
+  objects.insert(objects.end(), edges.begin(), edges.end());
+  Registration found = registerPairs(objects, 1, prior, prior.T_map_body, kRobustScale);
+  const auto leaves = fineCorrespondence(local, map, alignment.pairs, found.T_map_body, config);
+  const double weight = std::min(1.0, kEffectiveLeaves / static_cast<double>(std::max<std::size_t>(leaves.size(), 1)));
+  found =
+      registerPairs(leafGaussians(local, map, alignment.pairs, leaves), weight, prior, found.T_map_body, kRobustScale);
+  alignment.leaf_pairs = leaves.size();
+  const Split split = splitDirections(found.information, prior.information);
+  alignment.pose.T_map_body = moved(prior.T_map_body, split.kept * poseDifference(found.T_map_body, prior.T_map_body));
+  alignment.pose.information = prior.information + found.information;
+  alignment.degenerate_directions = split.degenerate;
+  alignment.reason = alignment.leaf_pairs == 0 ? "odometry" : split.degenerate.empty() ? "aligned" : "degenerate";
+  return alignment;
 }
 
 }  // namespace hgg

@@ -4,18 +4,22 @@
 #include <vector>
 
 #include "alignment/correspondence.h"
+#include "alignment/registration.h"
 
 namespace hgg {
 
 /// What alignment found, with its evidence.
 struct Alignment {
-  Pose T_map_body = Pose::Identity();
+  PoseBelief pose;  // T_fine; its information is that of the prior and the pairs
   std::vector<ObjectPair> pairs;
+  std::size_t leaf_pairs = 0;
+  /// Unit directions of the pose's tangent in which the map says less than odometry does; there it is odometry's.
+  std::vector<Vec6> degenerate_directions;
   std::string reason;  // how the pose came about
 };
 
-/// Alignment of a frame's graph with the map. The pose is the prediction itself (odometry); the correspondences are
-/// made at it.
-Alignment align(const LocalGraph& local, const Map& map, const Pose& T_map_body_predicted, const Config& config);
+/// Coarse-to-fine alignment of a frame's graph with the map: correspondence and registration over objects and their
+/// edges, then over the leaves of matched objects. `prior` is what odometry predicts.
+Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config);
 
 }  // namespace hgg

@@ -602,6 +602,8 @@ std::vector<std::uint8_t> encodeStatus(const Status& status) {
   message.rss_mb = status.rss_mb;
   message.unknown_labels = status.unknown_labels;
   message.revision = status.revision;
+  message.alignment = status.alignment;
+  message.degenerate = status.degenerate;
   return encode(message);
 }
 

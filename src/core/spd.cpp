@@ -40,8 +40,8 @@ Mat3 orthogonaliseColumns(Mat3 m) {
         }
         rotated = true;
         const double zeta = (b - a) / (2 * c);
-        const double t = std::copysign(1.0, zeta) / (std::abs(zeta) + std::hypot(1.0, zeta));
-        const double cs = 1 / std::hypot(1.0, t), sn = cs * t;
+        const double t = std::copysign(1.0, zeta) / (std::abs(zeta) + std::sqrt(1.0 + zeta * zeta));
+        const double cs = 1 / std::sqrt(1.0 + t * t), sn = cs * t;
         const Vec3 col_p = m.col(p);
         m.col(p) = cs * col_p - sn * m.col(q);
         m.col(q) = sn * col_p + cs * m.col(q);
@@ -78,14 +78,18 @@ Eigen3 eigenSymmetric(const Mat3& a) {
         }
         rotated = true;
         const double theta = (d(q, q) - d(p, p)) / (2 * d(p, q));
-        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(1.0, theta));
-        const double c = 1 / std::hypot(1.0, t), s = c * t;
-        Mat3 j = Mat3::Identity();
-        j(p, p) = j(q, q) = c;
-        j(p, q) = s, j(q, p) = -s;
-        d = j.transpose() * d * j;
+        const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::sqrt(1.0 + theta * theta));
+        const double c = 1 / std::sqrt(1.0 + t * t), s = c * t;
+        const int r = 3 - p - q;
+        d(p, p) -= t * d(p, q);
+        d(q, q) += t * d(p, q);
         d(p, q) = d(q, p) = 0;
-        v = v * j;
+        const double d_pr = d(p, r);
+        d(p, r) = d(r, p) = c * d_pr - s * d(q, r);
+        d(q, r) = d(r, q) = s * d_pr + c * d(q, r);
+        const Vec3 v_p = v.col(p);
+        v.col(p) = c * v_p - s * v.col(q);
+        v.col(q) = s * v_p + c * v.col(q);
       }
     }
     if (!rotated) {

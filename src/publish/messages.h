@@ -42,6 +42,8 @@ struct Status {
   double map_mb = 0, rss_mb = 0;
   std::int64_t unknown_labels = 0;
   std::int64_t revision = 0;
+  std::string alignment;  // how the last pose came about
+  int degenerate = 0;     // directions in which it is odometry's
 };
 
 }  // namespace hgg

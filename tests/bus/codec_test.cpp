@@ -405,6 +405,7 @@ TEST(Codec, StatusIsWhatTheGeneratedTypeReads) {
   status.stage_ms = {{"decode", 1}, {"creation", 10}};
   status.objects = 6, status.leaves = 7, status.map_mb = 1.5, status.rss_mb = 80;
   status.unknown_labels = 8, status.revision = 9;
+  status.alignment = "degenerate", status.degenerate = 2;
   const auto raw = decodeGenerated<hgg::status_t>(encodeStatus(status));
   EXPECT_EQ(raw.dropped_odometry, 4);
   EXPECT_EQ(raw.dropped_invalid, 5);
@@ -412,6 +413,8 @@ TEST(Codec, StatusIsWhatTheGeneratedTypeReads) {
   EXPECT_EQ(raw.stage_ms, (std::vector<double>{1, 10}));
   EXPECT_EQ(raw.rss_mb, 80);
   EXPECT_EQ(raw.revision, 9);
+  EXPECT_EQ(raw.alignment, "degenerate");
+  EXPECT_EQ(raw.degenerate, 2);
 }
 
 TEST(DecodePose, APositionNoRobotCanHaveIsAnError) {

@@ -1,0 +1,143 @@
+#include "alignment/registration.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <cmath>
+
+namespace hgg {
+namespace {
+
+constexpr int kMaxIterations = 30;
+constexpr double kConverged = 1e-7;  // m and rad
+
+Mat3 skew(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+  return m;
+}
+
+Mat3 expRotation(const Vec3& w) {
+  const double angle = w.norm();
+  return angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Mat3::Identity();
+}
+
+/// Derivative of the rotation vector of Exp(w') Exp(w) by w' at 0: the inverse of the left Jacobian of SO(3).
+Mat3 inverseLeftJacobian(const Vec3& w) {
+  const double angle = w.norm();
+  const Mat3 W = skew(w);
+  const double k = angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - 0.5 / (angle * std::tan(0.5 * angle));
+  return Mat3::Identity() - 0.5 * W + k * W * W;
+}
+
+/// The terms of one pair: d = R mu_i + t - mu_j and y = W d.
+struct Term {
+  Vec3 arm;  // R mu_i
+  Mat3 cov_turned, W;
+  Vec3 d, y;
+
+  Term(const GaussianPair& pair, const Pose& T)
+      : arm(T.linear() * pair.mean_body),
+        cov_turned(T.linear() * pair.cov_body * T.linear().transpose()),
+        W((pair.cov_map + cov_turned).inverse()),
+        d(arm + T.translation() - pair.mean_map),
+        y(W * d) {}
+  double square() const { return d.dot(y); }
+};
+
+/// Adds the prior's term to the system.
+void addPrior(RegistrationSystem& system, const PoseBelief& prior, const Pose& T) {
+  const Vec6 xi = poseDifference(T, prior.T_map_body);
+  Mat6 J = Mat6::Identity();
+  J.bottomRightCorner<3, 3>() = inverseLeftJacobian(xi.tail<3>());
+  system.cost += xi.dot(prior.information * xi);
+  system.gradient += 2 * J.transpose() * prior.information * xi;
+  system.hessian += 2 * J.transpose() * prior.information * J;
+}
+
+RegistrationSystem systemAt(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior, const Pose& T,
+                            double robust_scale) {
+  RegistrationSystem system = linearize(pairs, T, robust_scale);
+  system.cost *= weight;
+  system.gradient *= weight;
+  system.hessian *= weight;
+  addPrior(system, prior, T);
+  return system;
+}
+
+/// Marquardt's step; the floor keeps it finite where neither pairs nor prior say anything.
+Vec6 dampedStep(const RegistrationSystem& system, double damping) {
+  Mat6 A = system.hessian;
+  const double floor = 1e-12 * std::max(A.diagonal().maxCoeff(), 1e-12);
+  A.diagonal() += damping * A.diagonal() + Vec6::Constant(floor);
+  return A.ldlt().solve(-system.gradient);
+}
+
+}  // namespace
+
+Vec6 poseDifference(const Pose& T, const Pose& T_0) {
+  const Eigen::AngleAxisd turn(Mat3(T.linear() * T_0.linear().transpose()));
+  Vec6 xi;
+  xi << T.translation() - T_0.translation(), turn.angle() * turn.axis();
+  return xi;
+}
+
+Pose moved(const Pose& T, const Vec6& tangent) {
+  Pose out = T;
+  out.linear() = Eigen::Quaterniond(expRotation(tangent.tail<3>()) * T.linear()).normalized().toRotationMatrix();
+  out.translation() += tangent.head<3>();
+  return out;
+}
+
+double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body) {
+  double cost = 0;
+  for (const GaussianPair& pair : pairs) {
+    cost += Term(pair, T_map_body).square();
+  }
+  return cost;
+}
+
+RegistrationSystem linearize(std::span<const GaussianPair> pairs, const Pose& T_map_body, double robust_scale) {
+  RegistrationSystem system;
+  const double c2 = robust_scale * robust_scale;
+  for (const GaussianPair& pair : pairs) {
+    const Term term(pair, T_map_body);
+    const double s = term.square(), slope = 1 / (1 + s / c2);
+    // d s = 2 y . dd - y^T dC y with dd = v + w x arm and dC = [w] C' + C' [w]^T.
+    Vec6 gradient;
+    gradient << term.y, term.arm.cross(term.y) + term.y.cross(term.cov_turned * term.y);
+    Eigen::Matrix<double, 3, 6> J;
+    J << Mat3::Identity(), -skew(term.arm);
+    system.cost += c2 * std::log1p(s / c2);
+    system.gradient += 2 * slope * gradient;
+    system.hessian += 2 * slope * J.transpose() * term.W * J;
+  }
+  return system;
+}
+
+Registration registerPairs(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior,
+                           const Pose& T_start, double robust_scale) {
+  Registration result;
+  result.T_map_body = T_start;
+  RegistrationSystem system = systemAt(pairs, weight, prior, T_start, robust_scale);
+  double damping = 1e-6;
+  while (result.iterations < kMaxIterations && !result.converged) {
+    ++result.iterations;
+    const Vec6 step = dampedStep(system, damping);
+    const Pose T = moved(result.T_map_body, step);
+    const RegistrationSystem next = systemAt(pairs, weight, prior, T, robust_scale);
+    result.converged = step.cwiseAbs().maxCoeff() < kConverged;
+    if (next.cost <= system.cost) {
+      result.T_map_body = T;
+      system = next;
+      damping = std::max(0.1 * damping, 1e-9);
+    } else {
+      damping = std::max(10 * damping, 1e-4);
+    }
+  }
+  const RegistrationSystem alone = linearize(pairs, result.T_map_body, robust_scale);
+  result.cost = alone.cost;
+  result.information = 0.5 * weight * alone.hessian;
+  return result;
+}
+
+}  // namespace hgg

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/types.h"
+
+namespace hgg {
+
+using Vec6 = Eigen::Matrix<double, 6, 1>;
+using Mat6 = Eigen::Matrix<double, 6, 6>;
+
+/// A Gaussian of the frame (body frame) and the one of the map (map frame) it stands for. Covariances are
+/// positive-definite (floored), m^2.
+struct GaussianPair {
+  Vec3 mean_body = Vec3::Zero();
+  Mat3 cov_body = Mat3::Identity();
+  Vec3 mean_map = Vec3::Zero();
+  Mat3 cov_map = Mat3::Identity();
+};
+
+/// A pose with its uncertainty. The tangent is (translation in the map frame, rotation vector in the map frame about
+/// the body's origin): T = (Exp(w) R, t + v).
+struct PoseBelief {
+  Pose T_map_body = Pose::Identity();
+  Mat6 information = Mat6::Zero();
+};
+
+/// (v, w) with T = (Exp(w) R_0, t_0 + v).
+Vec6 poseDifference(const Pose& T, const Pose& T_0);
+/// The pose (Exp(w) R, t + v) for a tangent (v, w).
+Pose moved(const Pose& T, const Vec6& tangent);
+
+/// eq. co_reg, summed over node and edge pairs alike: sum of |R mu_i + t - mu_j|^2 under (Sigma_j + R Sigma_i R^T)^-1.
+double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body);
+
+/// Derivatives of the robust cost sum_i c^2 ln(1 + s_i / c^2) at a pose, s_i being the terms of eq. co_reg.
+struct RegistrationSystem {
+  double cost = 0;
+  Vec6 gradient = Vec6::Zero();  // exact: the turn of Sigma_i is in it
+  Mat6 hessian = Mat6::Zero();   // Gauss-Newton's
+};
+RegistrationSystem linearize(std::span<const GaussianPair> pairs, const Pose& T_map_body, double robust_scale);
+
+struct Registration {
+  Pose T_map_body = Pose::Identity();
+  Mat6 information = Mat6::Zero();  // of the pairs alone, at the solution
+  double cost = 0;                  // robust cost of the pairs at the solution
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// eq. regis: minimises the robust cost of the pairs, weighted by `weight`, plus the prior's xi^T information xi, by
+/// Levenberg-Marquardt from `T_start`. Without pairs it is the prior's pose.
+Registration registerPairs(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior,
+                           const Pose& T_start, double robust_scale);
+
+}  // namespace hgg

@@ -1,0 +1,215 @@
+#include "alignment/align.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+
+#include "alignment/prediction.h"
+#include "creation/object_graph.h"
+#include "mapper.h"
+#include "test_scene.h"
+
+namespace hgg {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+/// Surfaces seen from the body, resampled for every frame, with 1 cm of noise.
+class Place {
+ public:
+  explicit Place(unsigned seed) : random_(seed) {}
+
+  /// A rectangle corner + [0, 1] u + [0, 1] v of the map frame, `density` points a square metre.
+  void addPatch(ClassId label, const Vec3& corner, const Vec3& u, const Vec3& v, double density = 150) {
+    patches_.push_back({label, corner, u, v, static_cast<int>(density * u.cross(v).norm())});
+  }
+  void addBlock(ClassId label, const Vec3& corner, const Vec3& size) {
+    const Vec3 x(size.x(), 0, 0), y(0, size.y(), 0), z(0, 0, size.z());
+    addPatch(label, corner, x, z);
+    addPatch(label, corner, y, z);
+    addPatch(label, corner + y, x, z);
+    addPatch(label, corner + x, y, z);
+    addPatch(label, corner + z, x, y);
+  }
+
+  /// What is within `range` m of x along the map's x axis.
+  Frame seenFrom(const Pose& T_map_body, Micros utime_us, double range = 12) {
+    Frame frame{utime_us, T_map_body, {}};
+    for (const Patch& patch : patches_) {
+      for (int i = 0; i < patch.points; ++i) {
+        const Vec3 p_map = patch.corner + uniform(random_, 0, 1) * patch.u + uniform(random_, 0, 1) * patch.v;
+        const Vec3 p = T_map_body.inverse() * (p_map + randomVector(random_, 0.01));
+        if (p.norm() > 1 && p.norm() < range) {
+          frame.points.push_back(pointAt(p, patch.label));
+        }
+      }
+    }
+    return frame;
+  }
+
+ private:
+  struct Patch {
+    ClassId label;
+    Vec3 corner, u, v;
+    int points;
+  };
+  std::vector<Patch> patches_;
+  std::mt19937 random_;
+};
+
+Place corridor() {
+  Place place(1);
+  place.addPatch(kRoad, Vec3(-40, -1.5, -1), Vec3(80, 0, 0), Vec3(0, 3, 0));
+  place.addPatch(kRoad, Vec3(-40, -1.5, -1), Vec3(80, 0, 0), Vec3(0, 0, 2));
+  place.addPatch(kRoad, Vec3(-40, 1.5, -1), Vec3(80, 0, 0), Vec3(0, 0, 2));
+  return place;
+}
+
+Place openField() {
+  Place place(2);
+  place.addPatch(kRoad, Vec3(-25, -25, -1), Vec3(50, 0, 0), Vec3(0, 50, 0), 30);
+  return place;
+}
+
+Place carPark() {
+  Place place(3);
+  place.addPatch(kRoad, Vec3(-15, -15, -1), Vec3(30, 0, 0), Vec3(0, 30, 0), 60);
+  place.addBlock(kCar, Vec3(4, 3, -1), Vec3(4, 1.8, 1.5));
+  place.addBlock(kCar, Vec3(-7, 4, -1), Vec3(1.8, 4, 1.4));
+  place.addBlock(kPole, Vec3(3, -5, -1), Vec3(0.2, 0.2, 3));
+  place.addBlock(kCar, Vec3(-5, -6, -1), Vec3(4, 1.8, 1.5));
+  return place;
+}
+
+Pose at(double x, double y, double yaw_deg = 0) {
+  Pose T = Pose::Identity();
+  T.translation() = Vec3(x, y, 0);
+  T.rotate(Eigen::AngleAxisd(yaw_deg * kDegree, Vec3::UnitZ()));
+  return T;
+}
+
+/// A map made at true poses along x from -1 to 0, and the alignment of a frame at `T_true` with the odometry `T_wrong`.
+struct Trial {
+  Alignment alignment;
+  PoseBelief prior;
+};
+
+Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  Mapper mapper(config, testClasses());
+  for (int i = 0; i < 5; ++i) {
+    mapper.step(place.seenFrom(at(-1 + 0.2 * i, 0), 100'000 * (i + 1)));
+  }
+  const Frame frame = place.seenFrom(T_true, 600'000);
+  const PoseBelief last{at(-0.2, 0), 1e6 * Mat6::Identity()};
+  Trial trial{{}, predictPose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
+  const LocalGraph local = createLocalGraph(frame, T_wrong, testClasses(), config);
+  trial.alignment = align(local, mapper.map(), trial.prior, config);
+  return trial;
+}
+
+/// In standard deviations of the prior.
+double awayFromPrior(const Trial& trial) {
+  const Vec6 xi = poseDifference(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
+  return std::sqrt(xi.dot(trial.prior.information * xi) / 6);
+}
+
+/// Whether the direction lies in the span of those that were reported.
+bool isDegenerateAlong(const Alignment& alignment, const Vec6& direction) {
+  if (alignment.degenerate_directions.empty()) {
+    return false;
+  }
+  Eigen::MatrixXd span(6, alignment.degenerate_directions.size());
+  for (Eigen::Index k = 0; k < span.cols(); ++k) {
+    span.col(k) = alignment.degenerate_directions[static_cast<std::size_t>(k)];
+  }
+  return (span * span.colPivHouseholderQr().solve(direction) - direction).norm() < 0.3;
+}
+
+TEST(Align, TakesAwayTheErrorOfOdometryWhereThereIsStructure) {
+  const Pose T_true = at(0.5, 0.1, 2), T_wrong = at(0.53, 0.13, 2.3);
+  const Trial trial = alignIn(carPark(), T_true, T_wrong);
+  const Vec6 error = poseDifference(trial.alignment.pose.T_map_body, T_true);
+  EXPECT_LT(error.head<3>().norm(), 0.012);
+  EXPECT_LT(error.tail<3>().norm(), 0.1 * kDegree);
+  EXPECT_TRUE(trial.alignment.degenerate_directions.empty());
+  EXPECT_EQ(trial.alignment.reason, "aligned");
+}
+
+TEST(Align, InACorridorTheWayAlongItIsOdometrys) {
+  const Pose T_true = at(0.5, 0, 0), T_wrong = at(0.53, 0.03, 0.2);
+  const Trial trial = alignIn(corridor(), T_true, T_wrong);
+  const Pose& T = trial.alignment.pose.T_map_body;
+  EXPECT_NEAR(T.translation().x(), T_wrong.translation().x(), 0.01);
+  EXPECT_NEAR(T.translation().y(), 0, 0.006);
+  EXPECT_LT(poseDifference(T, T_true).tail<3>().norm(), 0.1 * kDegree);
+  EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
+  EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
+  EXPECT_EQ(trial.alignment.reason, "degenerate");
+}
+
+TEST(Align, OnAnOpenFieldOnlyHeightAndTiltAreTheMaps) {
+  Pose T_wrong = at(0.52, 0.02, 0.2);
+  T_wrong.translation().z() = 0.02;
+  const Trial trial = alignIn(openField(), at(0.5, 0, 0), T_wrong);
+  const Pose& T = trial.alignment.pose.T_map_body;
+  EXPECT_NEAR(T.translation().z(), 0, 0.005);
+  EXPECT_NEAR(T.translation().x(), T_wrong.translation().x(), 0.01);
+  EXPECT_NEAR(T.translation().y(), T_wrong.translation().y(), 0.01);
+  EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
+  EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
+  EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(5)));
+}
+
+TEST(Align, NothingInViewIsOdometry) {
+  Place nothing(4);
+  const Trial trial = alignIn(nothing, at(0.5, 0), at(0.53, 0.03));
+  EXPECT_LT(awayFromPrior(trial), 1e-6);
+  EXPECT_EQ(trial.alignment.degenerate_directions.size(), 6U);
+  EXPECT_EQ(trial.alignment.reason, "odometry");
+}
+
+TEST(Align, ASingleObjectNeverTearsThePoseFromThePrior) {
+  Place place(5);
+  place.addBlock(kCar, Vec3(4, 1, -1), Vec3(4, 1.8, 1.5));
+  EXPECT_LT(awayFromPrior(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1))), 3);
+}
+
+TEST(Align, CoplanarObjectsOfOneClassNeverTearThePoseFromThePrior) {
+  Place place(6);
+  for (int i = -4; i < 5; ++i) {
+    place.addPatch(kCar, Vec3(2.0 * i, 3, -1), Vec3(1, 0, 0), Vec3(0, 0, 1));
+  }
+  EXPECT_LT(awayFromPrior(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1))), 3);
+}
+
+TEST(Align, DuplicateMapObjectsDoNotHarm) {
+  Place place = carPark();
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  Mapper mapper(config, testClasses());
+  for (int i = 0; i < 3; ++i) {
+    mapper.step(place.seenFrom(at(-0.4 + 0.2 * i, 0), 100'000 * (i + 1)));
+  }
+  Map map = mapper.map();
+  MapUpdate update;
+  for (const auto& [id, node] : mapper.map().nodes()) {
+    if (!node.stuff) {
+      MapNode twin = node;
+      twin.id = 0;
+      twin.belief.mean += Vec3(0.8, -0.6, 0.1);
+      twin.T_map_object.translation() += Vec3(0.8, -0.6, 0.1);
+      update.created.push_back(twin);
+    }
+  }
+  map.apply(std::move(update));
+  const Frame frame = place.seenFrom(at(0.2, 0), 500'000);
+  const PoseBelief prior = predictPose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
+  const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
+  const Vec6 error = poseDifference(align(local, map, prior, config).pose.T_map_body, at(0.2, 0));
+  EXPECT_LT(error.head<3>().norm(), 0.015);
+}
+
+}  // namespace
+}  // namespace hgg

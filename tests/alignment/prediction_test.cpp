@@ -1,0 +1,57 @@
+#include "alignment/prediction.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "random_geometry.h"
+
+namespace hgg {
+namespace {
+
+AlignmentConfig exactOdometry() {
+  AlignmentConfig config;
+  config.odometry_drift = config.odometry_turn_deg = config.odometry_jitter_deg = 0;
+  config.odometry_jitter = 1e-6;
+  return config;
+}
+
+TEST(PredictPose, CarriesUncertaintyAsSmallChangesOfTheLastPoseDo) {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 20; ++trial) {
+    Mat6 A;
+    for (int k = 0; k < 36; ++k) {
+      A(k / 6, k % 6) = uniform(random, -1, 1);
+    }
+    const Mat6 cov = 1e-4 * (A * A.transpose() + Mat6::Identity());
+    const PoseBelief last{randomPose(random, 10), cov.inverse()};
+    const Pose T_last_body = randomPose(random, 3);
+    const PoseBelief next = predictPose(last, T_last_body, exactOdometry());
+    EXPECT_LT(poseDifference(next.T_map_body, last.T_map_body * T_last_body).norm(), 1e-12);
+    constexpr double kStep = 1e-6;
+    Mat6 F;  // numeric: how the next pose moves with the last one
+    for (int k = 0; k < 6; ++k) {
+      const Pose changed = moved(last.T_map_body, kStep * Vec6::Unit(k)) * T_last_body;
+      F.col(k) = poseDifference(changed, next.T_map_body) / kStep;
+    }
+    const Mat6 expected = F * cov * F.transpose();
+    EXPECT_LT((next.information.inverse() - expected).norm(), 1e-4 * expected.norm());
+  }
+}
+
+TEST(PredictPose, GrowsWithTheWayAndTheTurn) {
+  const PoseBelief start = startPose(Pose::Identity());
+  Pose near = Pose::Identity(), far = Pose::Identity(), turned = Pose::Identity();
+  near.translation().x() = 0.1;
+  far.translation().x() = 10;
+  turned.rotate(Eigen::AngleAxisd(1, Vec3::UnitZ()));
+  const auto deviations = [&](const Pose& motion) -> Vec6 {
+    return predictPose(start, motion, {}).information.inverse().diagonal().cwiseSqrt();
+  };
+  EXPECT_NEAR(deviations(far)[0], 0.03 * 10 + 0.01, 0.01);  // the defaults
+  EXPECT_LT(deviations(near)[0], 0.02);
+  EXPECT_GT(deviations(turned)[5], 5 * deviations(near)[5]);
+}
+
+}  // namespace
+}  // namespace hgg
