@@ -75,4 +75,27 @@ evaluate "${aligned[@]}"
 evaluate "${aligned[@]}" --json > "$out/odometry.json"
 check "$out/odometry.json" || failed=1
 frame_times "$out/odometry/stats.json"
+
+# ate LOG TRAJECTORY_DIR WORST: the mapper's ATE, at most WORST times that of its odometry plus 0.10 m where that is nothing.
+ate() {
+  "$build/hgg-eval" --map "$2/map.hgg" --truth "$out/truth" --class car --radius "$radius" --trajectory "$2/trajectory.tum" \
+    --times "$out/kitti/times.txt" --log "$1" --json > "$2/ate.json"
+  python3 - "$2/ate.json" "$3" <<'EOF'
+import json, sys
+score, share = json.load(open(sys.argv[1])), float(sys.argv[2])
+before, after = score["odometry"]["ate_rmse"], score["trajectory"]["ate_rmse"]
+good = after <= (share * before if before > 0.01 else 0.10)
+print(f"{'ok' if good else 'FAILED'}: ATE {before:.3f} m of odometry, {after:.3f} m of the map")
+sys.exit(0 if good else 1)
+EOF
+}
+
+echo "== true poses: alignment does no harm"
+ate "$out/true.lcm" "$out/true" 1 || failed=1
+for seed in 1 2 3; do
+  echo "== odometry that drifts by 2 % and 0.5 degrees in 10 m, seed $seed"
+  run "$build/hgg-convert" semantickitti "$out/kitti" -o "$out/drift.lcm" --poses "$out/kitti/poses.txt" --odometry poor --seed $seed
+  replay "$out/drift.lcm" "$out/drift"
+  ate "$out/drift.lcm" "$out/drift" 0.333 || failed=1
+done
 exit $failed

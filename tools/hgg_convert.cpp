@@ -3,6 +3,7 @@
 
 #include "convert/kitti_truth.h"
 #include "convert/semantickitti.h"
+#include "sim/odometry.h"
 
 namespace {
 
@@ -24,6 +25,8 @@ struct Arguments {
   hgg::KittiOptions kitti;
   std::string output;
   std::optional<std::filesystem::path> boxes;
+  std::string odometry;  // of odometryPreset(); empty: the poses as they are
+  std::uint64_t seed = 1;
 };
 
 int fail(const std::string& error) {
@@ -50,6 +53,9 @@ CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
       ->type_name("HZ")
       ->check(CLI::Range(0.001, 10000.0));
   addElevation(*sub, args);
+  sub->add_option("--odometry", args.odometry, "let the poses drift as hgg-sim --odometry does")
+      ->check(CLI::IsMember(hgg::odometryPresetNames()));
+  sub->add_option("--seed", args.seed, "of that drift")->capture_default_str();
   sub->footer("Example:\n  hgg-convert semantickitti sequences/00 -o 00.lcm --poses 00_lidar_poses.txt");
   return sub;
 }
@@ -74,11 +80,27 @@ void warnOfCameraPoses(const hgg::KittiOptions& kitti) {
   }
 }
 
+/// Replaces the poses by those of an odometry that drifts from the first one on.
+void letDrift(std::vector<hgg::KittiFrame>& frames, const Arguments& args) {
+  const hgg::Pose T_world_start = frames.front().T_world_body;
+  std::vector<hgg::Pose> T_start_body;
+  for (const hgg::KittiFrame& frame : frames) {
+    T_start_body.push_back(T_world_start.inverse() * frame.T_world_body);
+  }
+  T_start_body = hgg::disturbOdometry(T_start_body, *hgg::odometryPreset(args.odometry), args.seed);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i].T_world_body = T_world_start * T_start_body[i];
+  }
+}
+
 int convert(const Arguments& args) {
   warnOfCameraPoses(args.kitti);
-  const auto frames = hgg::listKittiFrames(args.kitti);
+  auto frames = hgg::listKittiFrames(args.kitti);
   if (!frames) {
     return fail(frames.error);
+  }
+  if (!args.odometry.empty()) {
+    letDrift(*frames, args);
   }
   hgg::ProgressBar bar("convert");
   const std::string error = hgg::convertKitti(*frames, args.output, onBar(bar));
