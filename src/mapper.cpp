@@ -75,12 +75,18 @@ Mapper::Mapper(Config config, ClassTable classes, Map map)
   map_.setTileSize(config_.creation.tile_size);
 }
 
+PoseBelief Mapper::predict(const Pose& T_odom_body) const {
+  const Pose T_map_body = T_map_odom_ * T_odom_body;
+  const bool has_map = !map_.nodes().empty();
+  const auto predicted =
+      last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment) : std::nullopt;
+  return predicted.value_or(startPose(T_map_body, !has_map));
+}
+
 StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
-  const PoseBelief prediction =
-      last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * frame.T_odom_body, config_.alignment)
-            : startPose(T_map_odom_ * frame.T_odom_body);
+  const PoseBelief prediction = predict(frame.T_odom_body);
 
   const LocalGraph local = createLocalGraph(frame, prediction.T_map_body, classes_, config_);
   clock.lap("creation");

@@ -52,6 +52,9 @@ class Mapper {
     Pose T_odom_body;
   };
 
+  /// Where odometry says the body is, before the map is asked.
+  PoseBelief predict(const Pose& T_odom_body) const;
+
   Config config_;
   ClassTable classes_;
   Map map_;

@@ -109,9 +109,9 @@ void Reporter::sendCompleteGraph(Micros now_us) {
 void Reporter::logStatus(const Status& s) const {
   spdlog::info(
       "{:4.1f} Hz, {:5.1f} ms | {} objects, {} leaves, map {:.1f} MB | dropped: {} busy, {} no odometry, {} invalid | "
-      "{:.0f} MB | {}",
+      "{:.0f} MB | {}{}",
       s.frame_rate, s.frame_ms, s.objects, s.leaves, s.map_mb, s.dropped_busy, s.dropped_odometry, s.dropped_invalid,
-      s.rss_mb, s.alignment);
+      s.rss_mb, s.alignment, s.degenerate > 0 ? fmt::format(" ({} of 6)", s.degenerate) : "");
 }
 
 /// Why there was no frame in the last second; said at once, then once a minute.

@@ -53,9 +53,11 @@ CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
       ->type_name("HZ")
       ->check(CLI::Range(0.001, 10000.0));
   addElevation(*sub, args);
-  sub->add_option("--odometry", args.odometry, "let the poses drift as hgg-sim --odometry does")
-      ->check(CLI::IsMember(hgg::odometryPresetNames()));
-  sub->add_option("--seed", args.seed, "of that drift")->capture_default_str();
+  auto* drift =
+      sub->add_option("--odometry", args.odometry, "let the poses of --poses drift as hgg-sim --odometry does")
+          ->check(CLI::IsMember(hgg::odometryPresetNames()))
+          ->needs("--poses");
+  sub->add_option("--seed", args.seed, "of that drift")->capture_default_str()->needs(drift);
   sub->footer("Example:\n  hgg-convert semantickitti sequences/00 -o 00.lcm --poses 00_lidar_poses.txt");
   return sub;
 }

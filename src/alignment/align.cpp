@@ -86,19 +86,22 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
 /// Splits the tangent by who knows it better, in the metric of the prior: keeps the pairs' word where they know more,
 /// the prior's where they do not.
 struct Split {
-  Mat6 kept;  // projects a difference to the prior onto what the pairs know
+  Mat6 kept;         // projects a difference to the prior onto what the pairs know
+  Mat6 information;  // of the pairs, without that of the directions in which they are not heard
   std::vector<Vec6> degenerate;
 };
 
 Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
   const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> solver(of_pairs, of_prior);
-  Split split{Mat6::Zero(), {}};
+  Split split{Mat6::Zero(), Mat6::Zero(), {}};
   for (int k = 0; k < 6; ++k) {
     const Vec6 v = solver.eigenvectors().col(k);
     if (solver.eigenvalues()[k] < 1) {
       split.degenerate.push_back(v.normalized());
     } else {
-      split.kept += v * v.transpose() * of_prior;
+      const Vec6 weighed = of_prior * v;
+      split.kept += v * weighed.transpose();
+      split.information += solver.eigenvalues()[k] * weighed * weighed.transpose();
     }
   }
   return split;
@@ -120,7 +123,7 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   alignment.leaf_pairs = leaves.size();
   const Split split = splitDirections(found.information, prior.information);
   alignment.pose.T_map_body = moved(prior.T_map_body, split.kept * poseDifference(found.T_map_body, prior.T_map_body));
-  alignment.pose.information = prior.information + found.information;
+  alignment.pose.information = prior.information + split.information;
   alignment.degenerate_directions = split.degenerate;
   alignment.reason = alignment.leaf_pairs == 0 ? "odometry" : split.degenerate.empty() ? "aligned" : "degenerate";
   return alignment;

@@ -10,7 +10,7 @@ namespace hgg {
 
 /// What alignment found, with its evidence.
 struct Alignment {
-  PoseBelief pose;  // T_fine; its information is that of the prior and the pairs
+  PoseBelief pose;  // T_fine; its information is that of the prior and of the pairs where they were heard
   std::vector<ObjectPair> pairs;
   std::size_t leaf_pairs = 0;
   /// Unit directions of the pose's tangent in which the map says less than odometry does; there it is odometry's.

@@ -69,7 +69,8 @@ std::size_t strideOf(const LocalGraph& local, const std::vector<ObjectPair>& pai
   for (const ObjectPair& pair : pairs) {
     leaves += local.objects[static_cast<std::size_t>(pair.local)].leaves.size();
   }
-  return leaves / static_cast<std::size_t>(at_most) + 1;
+  const auto most = static_cast<std::size_t>(at_most);
+  return std::max<std::size_t>(1, (leaves + most - 1) / most);
 }
 
 /// Means of a node's leaves, axis by axis.

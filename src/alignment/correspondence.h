@@ -17,11 +17,12 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
 struct LeafPair {
   int pair = 0;            // index into the object pairs
   int local = 0, map = 0;  // indices into the leaves of the two objects
-  double cost = 0;         // E^g, m^2
+  double cost = 0;         // squared distance, m^2
 };
 
-/// Fine correspondence C^g at a given pose, inside matched objects only: E^g = |mu_u' - mu_v|^2 + WL distance below the
-/// gate, optimal one-to-one assignment. At most `max_pairs` leaves of the frame are looked at, spread evenly over it.
+/// Fine correspondence C^g at a given pose, inside matched objects only: a leaf of the frame and one of its nearest
+/// leaves of the node within `alignment.leaf_gate`, by optimal one-to-one assignment of the squared distances. At most
+/// `alignment.max_leaf_pairs` leaves of the frame are looked at, spread evenly over it.
 std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                          const Pose& T_map_body, const Config& config);
 

@@ -125,8 +125,8 @@ Registration registerPairs(std::span<const GaussianPair> pairs, double weight, c
     const Vec6 step = dampedStep(system, damping);
     const Pose T = moved(result.T_map_body, step);
     const RegistrationSystem next = systemAt(pairs, weight, prior, T, robust_scale);
-    result.converged = step.cwiseAbs().maxCoeff() < kConverged;
     if (next.cost <= system.cost) {
+      result.converged = step.cwiseAbs().maxCoeff() < kConverged;
       result.T_map_body = T;
       system = next;
       damping = std::max(0.1 * damping, 1e-9);

@@ -103,7 +103,7 @@ Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
   }
   const Frame frame = place.seenFrom(T_true, 600'000);
   const PoseBelief last{at(-0.2, 0), 1e6 * Mat6::Identity()};
-  Trial trial{{}, predictPose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
+  Trial trial{{}, *predictPose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
   const LocalGraph local = createLocalGraph(frame, T_wrong, testClasses(), config);
   trial.alignment = align(local, mapper.map(), trial.prior, config);
   return trial;
@@ -184,6 +184,37 @@ TEST(Align, CoplanarObjectsOfOneClassNeverTearThePoseFromThePrior) {
   EXPECT_LT(awayFromPrior(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1))), 3);
 }
 
+/// Drives with odometry that jumps in frame 5; the last pose.
+Pose driveWithAJump(double jump) {
+  Place place = carPark();
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  Mapper mapper(config, testClasses());
+  Pose T_map_body = Pose::Identity();
+  for (int i = 0; i < 12; ++i) {
+    Frame frame = place.seenFrom(at(-1 + 0.1 * i, 0), 100'000 * (i + 1));
+    frame.T_odom_body = at(-1 + 0.1 * i + (i >= 5 && i < 7 ? jump : 0), 0);
+    T_map_body = mapper.step(frame).T_map_body;
+  }
+  return T_map_body;
+}
+
+TEST(Align, AGlitchOfOdometryOutAndBackLeavesThePoseWhereItIs) {
+  for (const double jump : {100.0, 1000.0}) {
+    const Vec6 error = poseDifference(driveWithAJump(jump), at(0.1, 0));
+    EXPECT_LT(error.head<3>().norm(), 0.05) << jump;
+    EXPECT_LT(error.tail<3>().norm(), 0.5 * kDegree) << jump;
+  }
+}
+
+TEST(Align, WhereThePairsAreNotHeardTheBeliefStaysOdometrys) {
+  const Trial trial = alignIn(corridor(), at(0.5, 0, 0), at(0.53, 0.03, 0.2));
+  const Vec6 along = Vec6::Unit(0);
+  const double before = along.dot(trial.prior.information.inverse() * along);
+  const double after = along.dot(trial.alignment.pose.information.inverse() * along);
+  EXPECT_NEAR(after, before, 0.1 * before);
+}
+
 TEST(Align, DuplicateMapObjectsDoNotHarm) {
   Place place = carPark();
   Config config;
@@ -205,7 +236,7 @@ TEST(Align, DuplicateMapObjectsDoNotHarm) {
   }
   map.apply(std::move(update));
   const Frame frame = place.seenFrom(at(0.2, 0), 500'000);
-  const PoseBelief prior = predictPose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
+  const PoseBelief prior = *predictPose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
   const Vec6 error = poseDifference(align(local, map, prior, config).pose.T_map_body, at(0.2, 0));
   EXPECT_LT(error.head<3>().norm(), 0.015);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <limits>
 
 #include "random_geometry.h"
 
@@ -25,8 +26,10 @@ TEST(PredictPose, CarriesUncertaintyAsSmallChangesOfTheLastPoseDo) {
     }
     const Mat6 cov = 1e-4 * (A * A.transpose() + Mat6::Identity());
     const PoseBelief last{randomPose(random, 10), cov.inverse()};
-    const Pose T_last_body = randomPose(random, 3);
-    const PoseBelief next = predictPose(last, T_last_body, exactOdometry());
+    Pose T_last_body = Pose::Identity();
+    T_last_body.translation() = randomVector(random, 3);
+    T_last_body.rotate(Eigen::AngleAxisd(uniform(random, -1.5, 1.5), randomVector(random, 1).normalized()));
+    const PoseBelief next = *predictPose(last, T_last_body, exactOdometry());
     EXPECT_LT(poseDifference(next.T_map_body, last.T_map_body * T_last_body).norm(), 1e-12);
     constexpr double kStep = 1e-6;
     Mat6 F;  // numeric: how the next pose moves with the last one
@@ -40,17 +43,36 @@ TEST(PredictPose, CarriesUncertaintyAsSmallChangesOfTheLastPoseDo) {
 }
 
 TEST(PredictPose, GrowsWithTheWayAndTheTurn) {
-  const PoseBelief start = startPose(Pose::Identity());
+  const PoseBelief start = startPose(Pose::Identity(), true);
   Pose near = Pose::Identity(), far = Pose::Identity(), turned = Pose::Identity();
   near.translation().x() = 0.1;
   far.translation().x() = 10;
   turned.rotate(Eigen::AngleAxisd(1, Vec3::UnitZ()));
   const auto deviations = [&](const Pose& motion) -> Vec6 {
-    return predictPose(start, motion, {}).information.inverse().diagonal().cwiseSqrt();
+    return predictPose(start, motion, {})->information.inverse().diagonal().cwiseSqrt();
   };
   EXPECT_NEAR(deviations(far)[0], 0.03 * 10 + 0.01, 0.01);  // the defaults
   EXPECT_LT(deviations(near)[0], 0.02);
   EXPECT_GT(deviations(turned)[5], 5 * deviations(near)[5]);
+}
+
+TEST(PredictPose, ARobotAtRestForADayStillKnowsWhereItIs) {
+  PoseBelief pose = startPose(Pose::Identity(), true);
+  for (int frame = 0; frame < 864'000; ++frame) {
+    pose = *predictPose(pose, Pose::Identity(), {});
+  }
+  const Vec6 deviations = pose.information.inverse().diagonal().cwiseSqrt();
+  EXPECT_LT(deviations.head<3>().maxCoeff(), 0.1);
+  EXPECT_LT(deviations.tail<3>().maxCoeff(), 0.01);
+}
+
+TEST(PredictPose, AMotionNoRobotMakesIsNone) {
+  const PoseBelief start = startPose(Pose::Identity(), true);
+  Pose glitch = Pose::Identity();
+  glitch.translation().x() = 1e7;
+  EXPECT_FALSE(predictPose(start, glitch, {}));
+  glitch.translation().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(predictPose(start, glitch, {}));
 }
 
 }  // namespace
