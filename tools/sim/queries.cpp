@@ -195,7 +195,8 @@ double surfaceDistance(const Candidate& a, const Candidate& b) {
 
 /// Whether a wall or the like stands between two things: no one would call them neighbours.
 bool isBlocked(const World& world, const Candidate& a, const Candidate& b) {
-  const auto [p, q] = nearestPoints(a, b);
+  const auto nearest = nearestPoints(a, b);
+  const Vec3 p = nearest.first, q = nearest.second;
   const double distance = (q - p).norm();
   return std::ranges::any_of(world.solids, [&](const Solid& solid) {
     const bool is_theirs = solid.object == a.crown || solid.object == b.crown;
@@ -395,7 +396,8 @@ std::vector<TruthQuery> makeQueries(const Scene& scene, const std::vector<TruthO
                    more.begin() + static_cast<std::ptrdiff_t>(std::min(more.size(), at_most)));
   };
   constexpr auto kAll = std::numeric_limits<std::size_t>::max();
-  for (const auto& [label, members] : classes) {
+  for (const auto& [known, members] : classes) {
+    const ClassId label = known;
     append(onlyOne(classes, label), kAll);
     append(superlatives(classes, label), kAll);
     append(agreed(readings, [&](const Reading& reading) { return relations(world, reading, label); }),

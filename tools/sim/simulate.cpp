@@ -60,7 +60,7 @@ Drive makeDrive(const Scene& scene, const SimOptions& options) {
   drive.cloud_segmentation = {&scene.world, options.cloud_labels, palette, options.instances};
   drive.image_segmentation = {&scene.world, options.image_labels, palette, options.instances};
   return drive;
-}
+}  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): a false alarm of clang-tidy 14
 
 std::vector<Pose> fromStart(const Trajectory& T_world_body, const std::vector<double>& times) {
   const Pose T_map_world = T_world_body(times.front()).inverse();
@@ -144,7 +144,8 @@ std::vector<float> nearestReturns(const CameraModel& camera, const TrueCloud& re
     const auto range = static_cast<float>((p_body - camera.T_body_camera.translation()).norm());
     for (int y = std::max(pixel->y - kReach, 0); y <= std::min(pixel->y + kReach, height - 1); ++y) {
       for (int x = std::max(pixel->x - kReach, 0); x <= std::min(pixel->x + kReach, width - 1); ++x) {
-        float& at = nearest[static_cast<std::size_t>(y * width + x)];
+        float& at =
+            nearest[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
         at = std::min(at, range);
       }
     }

@@ -16,8 +16,8 @@ namespace {
 Scene frozen(const Scene& scene, double time) {
   Scene still{.world = scene.world, .T_world_body = scene.T_world_body, .motions = {}};
   for (const Motion& motion : scene.motions) {
-    const auto pose = scene.world.objects[motion.object].dynamic ? std::nullopt : motion.T_world_object(time);
-    still.motions.push_back({motion.object, [pose](double /*now*/) { return pose; }});
+    auto pose = scene.world.objects[motion.object].dynamic ? std::nullopt : motion.T_world_object(time);
+    still.motions.push_back({motion.object, [pose = std::move(pose)](double /*now*/) { return pose; }});
   }
   return still;
 }

@@ -113,7 +113,7 @@ std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std
 
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,
                        const std::filesystem::path& dir) {
-  const std::string dir_error = makeDirectory(dir);
+  std::string dir_error = makeDirectory(dir);
   if (!dir_error.empty()) {
     return dir_error;
   }

@@ -13,7 +13,8 @@ constexpr int kPasses = 3;
 std::vector<Vec2> resample(const std::vector<Vec2>& corners) {
   std::vector<Vec2> points;
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const Vec2 from = corners[i], side = corners[(i + 1) % corners.size()] - from;
+    const Vec2& from = corners[i];
+    const Vec2 side = corners[(i + 1) % corners.size()] - from;
     const double steps = std::max(1.0, std::round(side.norm() / kStep));
     for (double k = 0; k < steps; ++k) {
       points.emplace_back(from + side * (k / steps));
