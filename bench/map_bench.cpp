@@ -5,6 +5,7 @@
 
 #include "alignment/correspondence.h"
 #include "creation/object_graph.h"
+#include "map/class_evidence.h"
 #include "map/file.h"
 #include "map/fuse.h"
 #include "mapper.h"
@@ -37,11 +38,23 @@ void Fuse(benchmark::State& state) {
   const Frame frame = simulatedFrame(20);
   const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
   const auto pairs = coarseCorrespondence(local, mapper.map(), frame.T_odom_body, mapper.config());
+  const auto evidence = classEvidence(local, mapper.map(), frame.T_odom_body, mapper.config());
   for (auto _ : state) {
-    benchmark::DoNotOptimize(fuse(mapper.map(), local, frame.T_odom_body, pairs, mapper.classes(), mapper.config()));
+    benchmark::DoNotOptimize(
+        fuse(mapper.map(), local, frame.T_odom_body, pairs, evidence, mapper.classes(), mapper.config()));
   }
 }
 BENCHMARK(Fuse)->Unit(benchmark::kMillisecond);
+
+void Evidence(benchmark::State& state) {
+  const Mapper mapper = lapped();
+  const Frame frame = simulatedFrame(20);
+  const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(classEvidence(local, mapper.map(), frame.T_odom_body, mapper.config()));
+  }
+}
+BENCHMARK(Evidence)->Unit(benchmark::kMillisecond);
 
 void Step(benchmark::State& state) {
   Mapper mapper = lapped();

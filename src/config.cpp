@@ -77,6 +77,9 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visit("map", "leaf_size", c.map.leaf_size, KeyDoc{0.05, 10, "m", "cell of the finest leaves: one leaf each"});
   visit("map", "merge_overlap", c.map.merge_overlap,
         KeyDoc{0.01, 1, "", "same-class things whose extents overlap more (Bhattacharyya coefficient) are one object"});
+  visit(
+      "map", "fragment_share", c.map.fragment_share,
+      {0, 1, "", "a thing with less than this share of the evidence of a same-class thing beside it is a piece of it"});
   visit("map", "active_radius", c.map.active_radius,
         KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
 

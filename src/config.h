@@ -49,6 +49,7 @@ struct AlignmentConfig {
 struct MapConfig {
   double leaf_size = 0.4;
   double merge_overlap = 0.5;
+  double fragment_share = 0.1;
   double active_radius = 100.0;
 };
 

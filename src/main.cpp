@@ -67,7 +67,7 @@ void summarise(const Mapper& mapper, const PipelineCounts& counts, const OutputD
   if (c.unknown_labels > 0) {
     fmt::print("  {} points had labels outside the class table and were ignored\n", c.unknown_labels);
   }
-  fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().nodes().size(), mapper.map().leafCount(),
+  fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().believedCount(), mapper.map().leafCount(),
              mapper.map().megabytes(), out.path("map.hgg"));
 }
 
@@ -182,13 +182,17 @@ int info(const Options& o) {
   std::map<ClassId, Row> rows;
   Eigen::AlignedBox3d box;
   for (const auto& [id, node] : map.nodes()) {
+    if (!isBelieved(node)) {
+      continue;
+    }
     Row& row = rows[node.label];
     ++row.nodes, row.leaves += node.leaves.size(), row.kappa += node.belief.kappa, row.stuff = node.stuff;
     box.extend(node.belief.mean);
   }
-  fmt::print("{}: {} objects, {} leaves, {} edges, {} keyframes, revision {}, {:.1f} MB in memory\n", o.map,
-             map.nodes().size(), map.leafCount(), stored->edges.size(), map.keyframes().size(), map.revision(),
-             map.megabytes());
+  fmt::print(
+      "{}: {} objects (and {} candidates), {} leaves, {} edges, {} keyframes, revision {}, {:.1f} MB in memory\n",
+      o.map, map.believedCount(), map.nodes().size() - map.believedCount(), map.leafCount(), stored->edges.size(),
+      map.keyframes().size(), map.revision(), map.megabytes());
   if (!map.keyframes().empty()) {
     fmt::print("time  {:.3f} .. {:.3f} s\n", static_cast<double>(map.keyframes().front().utime_us) * 1e-6,
                static_cast<double>(map.keyframes().back().utime_us) * 1e-6);

@@ -9,6 +9,7 @@
 #include "alignment/align.h"
 #include "alignment/prediction.h"
 #include "creation/object_graph.h"
+#include "map/class_evidence.h"
 #include "map/fuse.h"
 
 namespace hgg {
@@ -93,7 +94,9 @@ StepReport Mapper::step(const Frame& frame) {
   const Alignment alignment = align(local, map_, prediction, config_);
   clock.lap("alignment");
   const Pose& T_map_body = alignment.pose.T_map_body;
-  report.delta = map_.apply(fuse(map_, local, T_map_body, alignment.pairs, classes_, config_));
+  const std::vector<ClassEvidence> evidence = classEvidence(local, map_, T_map_body, config_);
+  clock.lap("evidence");
+  report.delta = map_.apply(fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_));
   clock.lap("update");
 
   last_ = {alignment.pose, frame.T_odom_body};
@@ -112,12 +115,16 @@ StepReport Mapper::step(const Frame& frame) {
 std::vector<Edge> Mapper::edges() const {
   std::vector<NodeId> ids;
   for (const auto& [id, node] : map_.nodes()) {
-    ids.push_back(id);
+    if (isBelieved(node)) {
+      ids.push_back(id);
+    }
   }
   return edgesAmong(map_, ids, config_.creation);
 }
 
-std::vector<Edge> Mapper::edgesOf(const std::vector<NodeId>& ids) const {
+std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
+  const auto isDoubted = [&](NodeId id) { return !isBelieved(*map_.find(id)); };
+  std::erase_if(ids, isDoubted);
   if (ids.empty()) {
     return {};
   }
@@ -129,7 +136,9 @@ std::vector<Edge> Mapper::edgesOf(const std::vector<NodeId>& ids) const {
   for (const NodeId id : ids) {
     reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
   }
-  std::vector<Edge> edges = edgesAmong(map_, map_.near(centre, reach + config_.creation.tile_size), config_.creation);
+  std::vector<NodeId> around = map_.near(centre, reach + config_.creation.tile_size);
+  std::erase_if(around, isDoubted);
+  std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
   std::erase_if(edges, [&](const Edge& e) {
     return !std::binary_search(ids.begin(), ids.end(), e.a) && !std::binary_search(ids.begin(), ids.end(), e.b);
   });

@@ -40,10 +40,10 @@ class Mapper {
   const Map& map() const { return map_; }
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
-  /// The map's relative neighbourhood graph, weighted (eq. rel_weights).
+  /// The relative neighbourhood graph of the nodes believed in, weighted (eq. rel_weights).
   std::vector<Edge> edges() const;
   /// Edges of that graph with an end among `ids` (ascending).
-  std::vector<Edge> edgesOf(const std::vector<NodeId>& ids) const;
+  std::vector<Edge> edgesOf(std::vector<NodeId> ids) const;
 
  private:
   /// The last refined pose and the odometry it came with.

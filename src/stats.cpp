@@ -112,7 +112,8 @@ std::string RunStats::json(const RunCounters& c, const Map& map) const {
   }
   j["peak_rss_mb"] = std::round(peakResidentMegabytes() * 10) / 10;
   j["map_mb"] = std::round(map.megabytes() * 1000) / 1000;
-  j["objects"] = map.nodes().size();
+  j["objects"] = map.believedCount();
+  j["candidates"] = map.nodes().size() - map.believedCount();
   j["leaves"] = map.leafCount();
   j["keyframes"] = map.keyframes().size();
   j["loops_accepted"] = 0;

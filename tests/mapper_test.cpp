@@ -155,7 +155,7 @@ TEST(Mapper, TimesItsStagesInTheOrderOfThePipeline) {
     names.push_back(name);
     EXPECT_GE(ms, 0);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "update"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "evidence", "update"}));
 }
 
 TEST(Mapper, TheMapCarriesTheClassNames) {

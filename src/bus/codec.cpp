@@ -450,6 +450,8 @@ hgg::object_t makeObject(const ObjectSummary& object) {
   std::copy_n(object.belief.cov.data(), 9, out.cov);  // symmetric: row-major is column-major
   out.kappa = object.belief.kappa;
   out.stuff = object.stuff;
+  out.existence = object.existence;
+  out.class_probability = object.class_probability;
   out.views = object.views;
   out.leaves = object.leaves;
   out.first_us = object.first_us;

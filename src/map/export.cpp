@@ -36,8 +36,14 @@ Json toJson(const MapNode& node, const std::string& name) {
   j["cov"] = toJson(node.belief.cov);
   j["kappa"] = node.belief.kappa;
   j["position_cov"] = toJson(positionCovariance(node.belief));
-  j["existence"] = 1.0;
+  j["existence"] = node.stuff ? 1.0 : existence(node.classes, node.label, node.belief.kappa);
   j["label_belief"] = Json::object({{std::to_string(node.label), 1.0}});
+  if (!node.stuff) {
+    j["label_belief"] = Json::object();
+    for (const auto& [label, probability] : classProbabilities(node.classes)) {
+      j["label_belief"][std::to_string(label)] = probability;
+    }
+  }
   j["dynamic"] = false;
   j["stuff"] = node.stuff;
   j["first_us"] = node.first_us;
@@ -80,7 +86,9 @@ std::string exportJson(const StoredMap& stored) {
   }
   j["objects"] = Json::array();
   for (const auto& [id, node] : map.nodes()) {
-    j["objects"].push_back(toJson(node, nameOf(map, node.label)));
+    if (isBelieved(node)) {
+      j["objects"].push_back(toJson(node, nameOf(map, node.label)));
+    }
   }
   j["edges"] = Json::array();
   for (const Edge& e : stored.edges) {
@@ -98,6 +106,10 @@ std::string exportJson(const StoredMap& stored) {
 }
 
 std::string exportPly(const StoredMap& stored) {
+  std::size_t leaves = 0;
+  for (const auto& [id, node] : stored.map.nodes()) {
+    leaves += isBelieved(node) ? node.leaves.size() : 0;
+  }
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment hggmap: one vertex a leaf Gaussian, map frame, metres\nelement "
       "vertex {}\n"
@@ -105,8 +117,11 @@ std::string exportPly(const StoredMap& stored) {
       "property float s0\nproperty float s1\nproperty float s2\nproperty float kappa\nproperty int object\nproperty "
       "ushort label\n"
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
-      stored.map.leafCount());
+      leaves);
   for (const auto& [id, node] : stored.map.nodes()) {
+    if (!isBelieved(node)) {
+      continue;
+    }
     const std::array<std::uint8_t, 3> rgb = colourOf(node.label);
     for (const Leaf& leaf : node.leaves) {
       const Belief b = transform(node.T_map_object, unpackLeaf(leaf));

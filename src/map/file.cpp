@@ -22,7 +22,7 @@ static_assert(std::endian::native == std::endian::little, "the file is written a
 
 constexpr std::string_view kMagic = "HGGMAP\r\n";
 constexpr std::string_view kEnd = "END.";
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2, kVersionWithoutClasses = 1;
 constexpr std::size_t kFrameBytes = 4U << 20;
 constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
 constexpr int kCompressionLevel = 3;
@@ -144,9 +144,25 @@ void putNode(Writer& w, const MapNode& node) {
     }
     w.put(leaf.kappa);
   }
+  w.put(static_cast<std::uint16_t>(node.classes.views.size()));
+  for (const auto& [label, views] : node.classes.views) {
+    w.put(label), w.put(views);
+  }
 }
 
-MapNode getNode(Reader& r) {
+ClassBelief getClasses(Reader& r) {
+  ClassBelief classes;
+  classes.views.resize(r.count(r.get<std::uint16_t>(), 6));
+  int last = -1;
+  for (auto& [label, views] : classes.views) {
+    label = r.get<ClassId>(), views = r.get<float>();
+    r.require(label > last && views >= 0 && std::isfinite(views));
+    last = label;
+  }
+  return classes;
+}
+
+MapNode getNode(Reader& r, std::uint32_t version) {
   MapNode node;
   node.id = r.get<NodeId>();
   node.label = r.get<ClassId>();
@@ -165,6 +181,11 @@ MapNode getNode(Reader& r) {
       v = r.get<float>();
     }
     leaf.kappa = r.get<float>();
+  }
+  if (version != kVersionWithoutClasses) {
+    node.classes = getClasses(r);
+  } else if (!node.stuff) {
+    addViews(node.classes, {{node.label, static_cast<float>(node.views)}});
   }
   return node;
 }
@@ -198,7 +219,7 @@ Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
 }
 
 /// nullopt when the payload does not follow the grammar.
-std::optional<StoredMap> decodePayload(std::string_view payload) {
+std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t version) {
   Reader r(payload);
   std::map<ClassId, std::string> names;
   for (std::size_t n = r.count(r.get<std::uint32_t>(), 4); n > 0; --n) {
@@ -217,7 +238,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload) {
   NodeId last_id = 0;
   std::set<std::pair<ClassId, Tile>> tiles;
   for (MapNode& node : nodes) {
-    node = getNode(r);
+    node = getNode(r, version);
     r.require(node.id > last_id && node.belief.kappa >= 0 &&
               (!node.stuff || tiles.emplace(node.label, node.tile).second));
     last_id = node.id;
@@ -316,15 +337,15 @@ Result<StoredMap> decodeMap(std::string_view bytes) {
   }
   std::uint32_t version = 0;
   std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
-  if (version != kVersion) {
-    return Result<StoredMap>::fail(
-        fmt::format("map format version {}, this hggmap reads version {}", version, kVersion));
+  if (version != kVersion && version != kVersionWithoutClasses) {
+    return Result<StoredMap>::fail(fmt::format("map format version {}, this hggmap reads versions {} and {}", version,
+                                               kVersionWithoutClasses, kVersion));
   }
   const Result<std::string> payload = decompress(bytes.substr(header_bytes));
   if (!payload) {
     return Result<StoredMap>::fail(payload.error);
   }
-  std::optional<StoredMap> stored = decodePayload(*payload);
+  std::optional<StoredMap> stored = decodePayload(*payload, version);
   return stored ? Result<StoredMap>::ok(std::move(*stored))
                 : Result<StoredMap>::fail("truncated or corrupted (its contents do not follow the format)");
 }

@@ -1,102 +1,13 @@
 #include "map/fuse.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/spd.h"
+#include "map/class_evidence.h"
 
 namespace hgg {
 namespace {
-
-/// Cell of the leaf grid: level of detail, then the cell's index at that level.
-using CellIndex = std::array<std::int32_t, 4>;
-
-/// Leaves up to this many cells wide live in the cells of a level. What fills a cell evenly is one cell wide, and 1.41
-/// once its pieces have their middles all over the cell.
-constexpr float kCellsWide = 1.5F;
-constexpr std::int32_t kLevels = 16;
-
-float cellSize(std::int32_t level, float leaf_size) { return std::ldexp(leaf_size, level); }
-
-CellIndex cellOf(const Leaf& leaf, float leaf_size) {
-  // A square patch of side s has the trace s^2 / 6.
-  const float width = std::sqrt(6 * (leaf.cov[0] + leaf.cov[1] + leaf.cov[2]));
-  std::int32_t level = 0;
-  while (level + 1 < kLevels && width > kCellsWide * cellSize(level, leaf_size)) {
-    ++level;
-  }
-  const auto index = [&](std::size_t k) {
-    return static_cast<std::int32_t>(std::floor(leaf.mean[k] / cellSize(level, leaf_size)));
-  };
-  return {level, index(0), index(1), index(2)};
-}
-
-struct KeyedLeaf {
-  CellIndex cell;
-  Leaf leaf;
-};
-
-using LeafGrid = std::vector<KeyedLeaf>;  // ascending by cell, one leaf a cell
-
-LeafGrid::iterator lowerBound(LeafGrid& grid, const CellIndex& cell) {
-  return std::lower_bound(grid.begin(), grid.end(), cell,
-                          [](const KeyedLeaf& k, const CellIndex& c) { return k.cell < c; });
-}
-
-/// The leaf nearest to `leaf` in the up to seven cells that come within half a cell of it; nullptr when none is that
-/// near.
-Leaf* findNextDoor(LeafGrid& grid, const CellIndex& home, const Leaf& leaf, float leaf_size) {
-  const float cell = cellSize(home[0], leaf_size);
-  Leaf* best = nullptr;
-  float best_square = 0.25F * cell * cell;
-  for (unsigned mask = 1; mask < 8; ++mask) {
-    CellIndex neighbour = home;
-    for (unsigned k = 0; k < 3; ++k) {
-      const bool upper_half = leaf.mean[k] / cell - static_cast<float>(home[k + 1]) >= 0.5F;
-      neighbour[k + 1] += (mask >> k & 1U) == 0 ? 0 : upper_half ? 1 : -1;
-    }
-    const auto it = lowerBound(grid, neighbour);
-    if (it == grid.end() || it->cell != neighbour) {
-      continue;
-    }
-    float square = 0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      square += (it->leaf.mean[k] - leaf.mean[k]) * (it->leaf.mean[k] - leaf.mean[k]);
-    }
-    if (square < best_square) {
-      best_square = square;
-      best = &it->leaf;
-    }
-  }
-  return best;
-}
-
-void addToGrid(LeafGrid& grid, const Leaf& leaf, float leaf_size, MergeRule rule) {
-  const CellIndex home = cellOf(leaf, leaf_size);
-  const auto at = lowerBound(grid, home);
-  Leaf* host = at != grid.end() && at->cell == home ? &at->leaf : findNextDoor(grid, home, leaf, leaf_size);
-  if (host != nullptr) {
-    *host = packLeaf(rule(unpackLeaf(*host), unpackLeaf(leaf)));
-  } else {
-    grid.insert(at, {home, leaf});
-  }
-}
-
-/// Leaves by the cells they lie in now; merging may have moved some since they were ordered last.
-LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size, MergeRule rule) {
-  LeafGrid grid;
-  grid.reserve(leaves.size() + 16);
-  for (const Leaf& leaf : leaves) {
-    const CellIndex cell = cellOf(leaf, leaf_size);
-    if (grid.empty() || grid.back().cell < cell) {
-      grid.push_back({cell, leaf});
-    } else {
-      addToGrid(grid, leaf, leaf_size, rule);
-    }
-  }
-  return grid;
-}
 
 /// What merging needs of the config.
 struct Merging {
@@ -116,6 +27,9 @@ MapNode createNode(const LocalObject& object, const Pose& T_map_body, Micros uti
   node.belief = transform(T_map_body, object.belief);
   node.T_map_object = T_map_body * object.T_body_object;
   fuseLeaves(node.leaves, object.leaves, Pose::Identity(), merging.leaf_size, merging.rule);
+  if (!node.stuff) {
+    addViews(node.classes, {{node.label, 1.0F}});
+  }
   node.views = 1;
   node.first_us = node.last_us = utime_us;
   return node;
@@ -130,11 +44,41 @@ void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, M
   node.last_us = std::max(node.last_us, utime_us);
 }
 
+/// Things that exist with less probability are dropped.
+constexpr double kFaded = 0.1;
+
+/// An object with a larger share of its points on the surface of a thing is that thing.
+constexpr double kSameSurface = 0.5;
+
+/// The likeliest class among those of things.
+ClassId likeliestThing(ClassBelief belief, const ClassTable& classes, ClassId fallback) {
+  std::erase_if(belief.views, [&](const auto& entry) {
+    const ClassInfo* info = classes.find(entry.first);
+    return info == nullptr || info->kind != ClassKind::kThing;
+  });
+  return likeliestClass(belief, fallback);
+}
+
 /// Nodes touched by this frame, in a working copy; ids of new nodes are negative until the map gives them real ones.
 using Touched = std::map<NodeId, MapNode>;
 
+/// A thing of another class on whose surface most of the object lies: what a segmenter takes for something else for a
+/// while. nullptr when there is none.
+const MapNode* findMistaken(const Map& map, const LocalObject& object, const Pose& T_map_body, const Config& config) {
+  const Vec3 mean = T_map_body * object.belief.mean;
+  for (const NodeId id : map.near(mean, config.alignment.gate)) {
+    const MapNode* node = map.find(id);
+    if (!node->stuff && node->label != object.label &&
+        shareOn(*node, object, T_map_body, config.creation.sigma_floor) > kSameSurface) {
+      return node;
+    }
+  }
+  return nullptr;
+}
+
 Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body,
-                   const std::vector<ObjectPair>& pairs, const Merging& merging) {
+                   const std::vector<ObjectPair>& pairs, const Config& config) {
+  const Merging merging = mergingOf(config);
   Touched touched;
   std::vector<NodeId> node_of(local.objects.size(), 0);
   for (const ObjectPair& pair : pairs) {
@@ -143,6 +87,10 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   NodeId next_new = -1;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
+    if (node_of[i] == 0 && !object.stuff) {
+      const MapNode* mistaken = findMistaken(map, object, T_map_body, config);
+      node_of[i] = mistaken != nullptr ? mistaken->id : 0;
+    }
     if (node_of[i] == 0) {
       touched[next_new--] = createNode(object, T_map_body, local.utime_us, merging);
     } else {
@@ -164,8 +112,8 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
   return (d.array() < kBoxSigmas * e.values.array().sqrt()).all();
 }
 
-/// A node with at most this share of its neighbour's evidence can be a piece of it.
-constexpr double kFragmentShare = 0.1;
+/// How far pieces of one object can be apart, in cluster radii: what hides the surface between them also cuts clusters.
+constexpr double kFragmentReach = 2;
 
 /// An evenly spread patch ends this many standard deviations from its middle.
 constexpr double kPatchSigmas = 1.732;
@@ -203,7 +151,8 @@ bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, con
   const MapNode &whole = a_stronger ? a : b, &piece = a_stronger ? b : a;
   return boxContains(large, small.mean, floor) ||
          bhattacharyyaCoefficient(large, small, floor) > config.map.merge_overlap ||
-         (piece.belief.kappa < kFragmentShare * whole.belief.kappa && touch(whole, piece, cluster_radius));
+         (piece.belief.kappa < config.map.fragment_share * whole.belief.kappa &&
+          touch(whole, piece, kFragmentReach * cluster_radius));
 }
 
 /// The state of a node after this frame so far; nullptr when it has been absorbed.
@@ -236,6 +185,30 @@ NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId
     }
   }
   return 0;
+}
+
+/// Carries the frame's evidence into the class beliefs: touches things whose likeliest class has become another and
+/// gives them its label, removes those that have faded. Returns the evidence of the others.
+std::vector<ClassEvidence> believe(const Map& map, const std::vector<ClassEvidence>& evidence,
+                                   const ClassTable& classes, Touched& touched, std::vector<NodeId>& removed) {
+  std::vector<ClassEvidence> rest;
+  for (const ClassEvidence& e : evidence) {
+    const auto held = touched.find(e.id);
+    const MapNode& before = held != touched.end() ? held->second : *map.find(e.id);
+    ClassBelief after = before.classes;
+    addViews(after, e.views);
+    const ClassId label = likeliestThing(after, classes, before.label);
+    if (held == touched.end() && existence(after, label, before.belief.kappa) < kFaded) {
+      removed.push_back(e.id);
+    } else if (held == touched.end() && label == before.label) {
+      rest.push_back(e);
+    } else {
+      MapNode& node = touched.try_emplace(e.id, before).first->second;
+      node.classes = std::move(after);
+      node.label = label;
+    }
+  }
+  return rest;
 }
 
 /// The id that survives a merge: the one already in the map, the older of two.
@@ -282,21 +255,9 @@ Belief mergeSymmetrically(const Belief& a, const Belief& b) {
   return {0.5 * (a.mean + b.mean), 0.5 * (a.cov + b.cov) + 0.25 * d * d.transpose(), a.kappa + b.kappa};
 }
 
-void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions,
-                double leaf_size, MergeRule rule) {
-  const auto size = static_cast<float>(leaf_size);
-  LeafGrid grid = gridOf(leaves, size, rule);
-  for (const Belief& addition : additions) {
-    addToGrid(grid, packLeaf(transform(T_leaves_additions, addition)), size, rule);
-  }
-  leaves.clear();
-  for (const KeyedLeaf& k : grid) {
-    leaves.push_back(k.leaf);
-  }
-}
-
 void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rule) {
   keep.belief = rule(keep.belief, other.belief);
+  addViews(keep.classes, other.classes.views);
   std::vector<Belief> leaves;
   leaves.reserve(other.leaves.size());
   for (const Leaf& leaf : other.leaves) {
@@ -309,11 +270,16 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 }
 
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
-               const ClassTable& classes, const Config& config) {
+               const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config) {
   MapUpdate update;
   update.pose = {local.utime_us, T_map_body};
-  Touched touched = touchNodes(map, local, T_map_body, pairs, mergingOf(config));
+  Touched touched = touchNodes(map, local, T_map_body, pairs, config);
+  update.evidence = believe(map, evidence, classes, touched, update.removed);
   mergeGhosts(map, touched, classes, config, update.removed);
+  // A merge has carried the beliefs of these into another node, without this one view.
+  std::erase_if(update.evidence, [&](const ClassEvidence& e) {
+    return touched.contains(e.id) || std::ranges::find(update.removed, e.id) != update.removed.end();
+  });
   for (auto& [id, node] : touched) {
     node.id = std::max<NodeId>(id, 0);
     (id > 0 ? update.changed : update.created).push_back(std::move(node));

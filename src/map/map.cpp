@@ -46,6 +46,10 @@ MapDelta Map::apply(MapUpdate update) {
     erase(node.id);
     insert(std::move(node));
   }
+  for (const ClassEvidence& evidence : update.evidence) {
+    addViews(nodes_.at(evidence.id).classes, evidence.views);
+    delta.changed.push_back(evidence.id);
+  }
   for (MapNode& node : update.created) {
     node.id = next_id_++;
     delta.changed.push_back(node.id);
@@ -99,6 +103,11 @@ std::vector<NodeId> Map::near(const Vec3& centre, double radius) const {
   }
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+std::size_t Map::believedCount() const {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(nodes_, [](const auto& entry) { return isBelieved(entry.second); }));
 }
 
 double Map::megabytes() const {

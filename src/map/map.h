@@ -14,18 +14,26 @@ struct TimedPose {
   Pose T_map_body = Pose::Identity();
 };
 
+/// What a frame takes the place of a thing of the map for: the part of a view for each class, one in all when all of
+/// the thing is in it.
+struct ClassEvidence {
+  NodeId id = 0;
+  ClassWeights views;
+};
+
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
   TimedPose pose;
-  std::vector<MapNode> changed;  // existing ids, whole new state
-  std::vector<MapNode> created;  // id 0: the map gives them one
-  std::vector<NodeId> removed;   // absorbed into another node
+  std::vector<MapNode> changed;         // existing ids, whole new state
+  std::vector<MapNode> created;         // id 0: the map gives them one
+  std::vector<NodeId> removed;          // absorbed into another node
+  std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
 };
 
 /// Ids a revision touched, for subscribers.
 struct MapDelta {
   std::int64_t revision = 0;
-  std::vector<NodeId> changed;  // created and changed, ascending
+  std::vector<NodeId> changed;  // created, changed or witnessed, ascending
   std::vector<NodeId> removed;  // ascending
 };
 
@@ -52,6 +60,8 @@ class Map {
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
 
+  /// How many of the nodes are believed in.
+  std::size_t believedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
   double megabytes() const;

@@ -23,4 +23,8 @@ Belief unpackLeaf(const Leaf& leaf) {
   return b;
 }
 
+bool isBelieved(const MapNode& node) {
+  return node.stuff || existence(node.classes, node.label, node.belief.kappa) >= 0.5;
+}
+
 }  // namespace hgg

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/belief.h"
+#include "core/class_belief.h"
 
 namespace hgg {
 
@@ -38,9 +39,14 @@ struct MapNode {
   Belief belief;  // map frame
   Pose T_map_object = Pose::Identity();
   std::vector<Leaf> leaves;
+  ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
   std::int32_t views = 0;  // frames merged into this node
   Micros first_us = 0, last_us = 0;
 };
+
+/// True when there is more likely something of the node's class at its place than not; what is not believed in is kept,
+/// to learn about it, and not published. Stuff is believed in as it is.
+bool isBelieved(const MapNode& node);
 
 /// Edge of the relative neighbourhood graph with its weight (eq. rel_weights); a < b.
 struct Edge {

@@ -16,6 +16,7 @@ struct ObjectSummary {
   std::string name;
   Belief belief;  // map frame
   bool stuff = false;
+  double existence = 1, class_probability = 1;
   std::int32_t views = 0, leaves = 0;
   Micros first_us = 0, last_us = 0;
 };
@@ -26,7 +27,7 @@ struct GraphUpdate {
   std::int64_t revision = 0;
   bool complete = false;
   std::vector<ObjectSummary> objects;  // ascending id
-  std::vector<NodeId> removed;         // ascending
+  std::vector<NodeId> removed;         // ascending; absorbed, faded, or not (any more) believed in
   std::vector<Edge> edges;             // all edges with an end among `objects`
 };
 

@@ -1,5 +1,7 @@
 #include "publish/publish.h"
 
+#include <algorithm>
+
 namespace hgg {
 namespace {
 
@@ -10,6 +12,8 @@ ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
   out.name = classes.name(node.label);
   out.belief = node.belief;
   out.stuff = node.stuff;
+  out.existence = node.stuff ? 1 : existence(node.classes, node.label, node.belief.kappa);
+  out.class_probability = node.stuff ? 1 : weightOf(classProbabilities(node.classes), node.label);
   out.views = node.views;
   out.leaves = static_cast<std::int32_t>(node.leaves.size());
   out.first_us = node.first_us;
@@ -24,9 +28,15 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   update.utime_us = report.utime_us;
   update.revision = report.delta.revision;
   for (const NodeId id : report.delta.changed) {
-    if (const MapNode* node = mapper.map().find(id)) update.objects.push_back(summarise(*node, mapper.classes()));
+    const MapNode& node = *mapper.map().find(id);
+    if (isBelieved(node)) {
+      update.objects.push_back(summarise(node, mapper.classes()));
+    } else {
+      update.removed.push_back(id);
+    }
   }
-  update.removed = report.delta.removed;
+  update.removed.insert(update.removed.end(), report.delta.removed.begin(), report.delta.removed.end());
+  std::ranges::sort(update.removed);
   update.edges = mapper.edgesOf(report.delta.changed);
   return update;
 }
@@ -36,13 +46,15 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   update.utime_us = utime_us;
   update.revision = mapper.map().revision();
   update.complete = true;
-  for (const auto& [id, node] : mapper.map().nodes()) update.objects.push_back(summarise(node, mapper.classes()));
+  for (const auto& [id, node] : mapper.map().nodes()) {
+    if (isBelieved(node)) update.objects.push_back(summarise(node, mapper.classes()));
+  }
   update.edges = mapper.edges();
   return update;
 }
 
 void describeMap(const Map& map, Status& status) {
-  status.objects = static_cast<std::int64_t>(map.nodes().size());
+  status.objects = static_cast<std::int64_t>(map.believedCount());
   status.leaves = static_cast<std::int64_t>(map.leafCount());
   status.map_mb = map.megabytes();
   status.revision = map.revision();

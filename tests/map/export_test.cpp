@@ -74,7 +74,7 @@ TEST(ExportJson, HasTheValuesOfTheMap) {
   EXPECT_EQ(car["label_belief"], Json::parse(R"({"10": 1.0})"));
   EXPECT_EQ(car["stuff"], false);
   EXPECT_EQ(car["dynamic"], false);
-  EXPECT_EQ(car["existence"], 1.0);
+  EXPECT_EQ(car["existence"], existence(stored.map.find(1)->classes, 10, 42));
   ASSERT_EQ(car["cov"].size(), 9U);
   for (Eigen::Index k = 0; k < 9; ++k) {
     const double cov = stored.map.find(1)->belief.cov(k / 3, k % 3);

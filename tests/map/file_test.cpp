@@ -91,6 +91,7 @@ void expectSame(const MapNode& a, const MapNode& b) {
   EXPECT_EQ(a.views, b.views);
   EXPECT_EQ(a.first_us, b.first_us);
   EXPECT_EQ(a.last_us, b.last_us);
+  EXPECT_EQ(a.classes.views, b.classes.views);
   ASSERT_EQ(a.leaves.size(), b.leaves.size());
   for (std::size_t k = 0; k < a.leaves.size(); ++k) {
     EXPECT_EQ(a.leaves[k].mean, b.leaves[k].mean);
@@ -165,7 +166,7 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   map.setTileSize(2.5);
   const std::string file = encodeMap(map, {{1, 2, 0.25F}});
   EXPECT_EQ(file.substr(0, 8), "HGGMAP\r\n");
-  EXPECT_EQ(at<std::uint32_t>(file, 8), 1U);
+  EXPECT_EQ(at<std::uint32_t>(file, 8), 2U);
   const std::string payload = payloadOf(file);
   EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);  // classes
   EXPECT_EQ(at<std::uint16_t>(payload, 4), 10);
@@ -188,7 +189,11 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   EXPECT_EQ(at<std::uint32_t>(payload, leaves), 1U);
   EXPECT_EQ(at<float>(payload, leaves + 4), 0.5F);
   EXPECT_EQ(at<float>(payload, leaves + 40), 9.0F);
-  const std::size_t edges = leaves + 44 + 223;
+  const std::size_t classes = leaves + 44;
+  EXPECT_EQ(at<std::uint16_t>(payload, classes), 1U);
+  EXPECT_EQ(at<std::uint16_t>(payload, classes + 2), 10U);
+  EXPECT_EQ(at<float>(payload, classes + 4), 1000.0F);
+  const std::size_t edges = classes + 8 + 223 + 8;
   EXPECT_EQ(at<std::uint64_t>(payload, edges), 1U);
   EXPECT_EQ(at<float>(payload, edges + 24), 0.25F);
   EXPECT_EQ(payload.substr(edges + 28), "END.");
@@ -257,8 +262,8 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   const auto loads = [&](const std::string& changed) {
     return static_cast<bool>(decodeMap(fileAround(header, changed)));
   };
-  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104, first = nodes + 8, second = first + 223,
-                    edges = second + 223;
+  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104, first = nodes + 8, second = first + 225,
+                    edges = second + 225;
   ASSERT_EQ(at<std::uint64_t>(payload, edges), 1U);
   ASSERT_TRUE(loads(payload));
   EXPECT_FALSE(loads(with(payload, 0, std::uint32_t{0xFFFFFFFF})));       // classes without end
@@ -276,9 +281,21 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   EXPECT_FALSE(loads(with(payload, edges + 24, std::numeric_limits<float>::infinity())));
 }
 
+TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
+  MapNode car = nodeAt(10, Vec3(1, 2, 3));
+  car.views = 7;
+  car.classes = {};
+  const std::string bytes = encodeMap(mapOf({car}), {});
+  std::string payload = payloadOf(bytes);
+  payload.erase(payload.size() - 4 - 8 - 2, 2);  // before the edges and the end: how many classes the last node has
+  const auto stored = decodeMap(fileAround(with(bytes.substr(0, kHeaderBytes), 8, std::uint32_t{1}), payload));
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.find(1)->classes.views, (ClassWeights{{10, 7.0F}}));
+}
+
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3), {});
-  for (const std::uint32_t version : {0U, 2U, 77U}) {
+  for (const std::uint32_t version : {0U, 3U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;

@@ -4,6 +4,7 @@
 
 #include "creation/geometry_graph.h"
 #include "creation/instances.h"
+#include "map/class_evidence.h"
 #include "map/test_map.h"
 #include "test_scene.h"
 
@@ -49,7 +50,7 @@ std::vector<ObjectPair> pairsByTile(const Map& map, const LocalGraph& local) {
 
 /// Applies the fusion of a frame to the map.
 MapDelta fuseInto(Map& map, const LocalGraph& local, const Pose& T, const std::vector<ObjectPair>& pairs = {}) {
-  return map.apply(fuse(map, local, T, pairs, testClasses(), Config{}));
+  return map.apply(fuse(map, local, T, pairs, classEvidence(local, map, T, Config{}), testClasses(), Config{}));
 }
 
 /// The same for a frame whose one object is node 1, once that exists.
@@ -226,13 +227,13 @@ TEST(Fuse, ABridgeBetweenTwoNodesLeavesTheOlderOneAndReportsTheOther) {
 }
 
 TEST(Fuse, NeighboursFartherApartThanTheirClassClustersStayApart) {
-  // Parked side by side with a metre of air, twice the radius of their class; one may be seen hardly at all.
+  // Parked side by side with 1.4 m of air, more than twice the radius of their class; one may be seen hardly at all.
   std::mt19937 random(7);
   for (const int points : {900, 400, 60, 20}) {
     Map map;
     for (int view = 0; view < 10; ++view) {
       const Pose T = viewpoint(view, 5.0 * view);
-      const LocalGraph local = seenFrom(T, {carAt(random, Vec3(5, 3, 0), 900), carAt(random, Vec3(5, 5.8, 0), points)});
+      const LocalGraph local = seenFrom(T, {carAt(random, Vec3(5, 3, 0), 900), carAt(random, Vec3(5, 6.2, 0), points)});
       fuseInto(map, local, T, view == 0 ? std::vector<ObjectPair>{} : std::vector<ObjectPair>{{0, 1, 0}, {1, 2, 0}});
       ASSERT_EQ(map.nodes().size(), 2U) << points << " points, view " << view;
     }
@@ -332,48 +333,75 @@ TEST(Fuse, OfAnEmptyFrameOnlyMovesThePose) {
   EXPECT_EQ(map.nodes().size(), 1U);
 }
 
-TEST(FuseLeaves, KeepEvidenceAndMomentsInAnotherFrame) {
-  std::mt19937 random(13);
-  for (int round = 0; round < 30; ++round) {
-    const Pose T = randomPose(random, 3);
-    std::vector<Leaf> leaves;
-    Belief expected;
-    for (int view = 0; view < 4; ++view) {
-      std::vector<Belief> additions;
-      for (int k = 0; k < 50; ++k) {
-        Belief b = randomBelief(random, 3);
-        b.cov *= 0.01;
-        additions.push_back(b);
-        expected = merge(expected, transform(T, b));
-      }
-      fuseLeaves(leaves, additions, T, 0.4);
-    }
-    Belief merged;
-    for (const Leaf& leaf : leaves) {
-      merged = merge(merged, unpackLeaf(leaf));
-    }
-    EXPECT_EQ(merged.kappa, expected.kappa);
-    EXPECT_LE((merged.mean - expected.mean).norm(), 1e-5);
-    EXPECT_LE((merged.cov - expected.cov).norm(), 1e-4);
-  }
+/// A frame's cloud of a block 2 x 1 x 1 m at x metres, called `label`.
+Frame block(ClassId label, double x, int n = 500) {
+  std::mt19937 random(21);
+  Frame frame;
+  addBox(frame, random, n, label, Vec3(x, 0, 0), Vec3(1, 0.5, 0.5));
+  return frame;
 }
 
-TEST(FuseLeaves, FarApartStayApartAndOnTopOfEachOtherBecomeOne) {
-  const Belief a{Vec3(0.2, 0.2, 0.2), 1e-4 * Mat3::Identity(), 5}, b{Vec3(0.2, 3.2, 0.2), 1e-4 * Mat3::Identity(), 7};
-  std::vector<Leaf> leaves;
-  fuseLeaves(leaves, std::vector<Belief>{a, b}, Pose::Identity(), 0.4);
-  EXPECT_EQ(leaves.size(), 2U);
-  for (int view = 0; view < 10; ++view) {
-    fuseLeaves(leaves, std::vector<Belief>{b, a}, Pose::Identity(), 0.4);
+/// A map that has seen these blocks, one a frame, nothing being paired beforehand.
+Map mapOfFrames(const std::vector<Frame>& frames) {
+  Map map;
+  for (const Frame& frame : frames) {
+    fuseInto(map, seenFrom(Pose::Identity(), {frame}), Pose::Identity());
   }
-  ASSERT_EQ(leaves.size(), 2U);
-  EXPECT_EQ(leaves[0].kappa + leaves[1].kappa, 11 * 12);
+  return map;
 }
 
-TEST(FuseLeaves, OfNothingChangeNothing) {
-  std::vector<Leaf> leaves;
-  fuseLeaves(leaves, {}, Pose::Identity(), 0.4);
-  EXPECT_TRUE(leaves.empty());
+TEST(Believe, AThingCalledSomethingElseForAWhileStaysOneThing) {
+  const Map map = mapOfFrames({block(kCar, 5), block(kCar, 5), block(kPole, 5), block(kCar, 5)});
+  ASSERT_EQ(map.nodes().size(), 1U);
+  const MapNode& node = map.nodes().begin()->second;
+  EXPECT_EQ(node.label, kCar);
+  EXPECT_EQ(node.belief.kappa, 2000);
+  EXPECT_NEAR(weightOf(classProbabilities(node.classes), kCar), 0.75, 0.03);
+}
+
+TEST(Believe, AFirstViewThatWasWrongIsOutvoted) {
+  Map map = mapOfFrames({block(kPole, 5)});
+  EXPECT_EQ(map.find(1)->label, kPole);
+  for (int k = 0; k < 3; ++k) {
+    fuseInto(map, seenFrom(Pose::Identity(), {block(kCar, 5)}), Pose::Identity());
+  }
+  ASSERT_EQ(map.nodes().size(), 1U);
+  EXPECT_EQ(map.nodes().begin()->second.label, kCar);
+  EXPECT_EQ(map.nodes().begin()->second.belief.kappa, 2000);
+}
+
+TEST(Believe, AThingThatTurnsOutToBeStuffFadesAndGoes) {
+  Map map = mapOfFrames({block(kCar, 5, 50)});
+  EXPECT_FALSE(isBelieved(*map.find(1))) << "50 points, seen once";
+  int frames = 0;
+  while (map.find(1) != nullptr && frames < 100) {
+    fuseInto(map, seenFrom(Pose::Identity(), {block(kRoad, 5)}), Pose::Identity());
+    ++frames;
+  }
+  EXPECT_GT(frames, 5) << "one view is no proof";
+  EXPECT_LT(frames, 100);
+}
+
+TEST(Believe, EvidenceOfAThingThatAFrameMergesAwayIsNoFault) {
+  Map map = mapOf({nodeAt(kCar, Vec3(5, 0, 0)), nodeAt(kCar, Vec3(5.1, 0, 0))});
+  for (NodeId id : {1, 2}) {
+    MapUpdate update;
+    update.changed.push_back(*map.find(id));
+    update.changed[0].leaves.push_back(packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
+    map.apply(std::move(update));
+  }
+  const LocalGraph local = seenFrom(Pose::Identity(), {block(kCar, 5)});
+  fuseInto(map, local, Pose::Identity(), {{0, 1, 0}});
+  EXPECT_EQ(map.nodes().size(), 1U);
+}
+
+TEST(Believe, WhatAFrameHasAtThePlaceOfAThingIsCountedThoughTheThingIsNotSeen) {
+  Map map = mapOfFrames({block(kCar, 5)});
+  const double before = sumOf(map.find(1)->classes.views);
+  const MapDelta delta = fuseInto(map, seenFrom(Pose::Identity(), {block(kRoad, 5)}), Pose::Identity());
+  EXPECT_NEAR(sumOf(map.find(1)->classes.views), before + 1, 0.1);
+  EXPECT_EQ(map.find(1)->views, 1);
+  EXPECT_EQ(delta.changed, (std::vector<NodeId>{1, 2})) << "subscribers hear of it";
 }
 
 TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
@@ -391,6 +419,7 @@ TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
   EXPECT_EQ(keep.belief.kappa, 140);
   EXPECT_NEAR(keep.belief.mean.x(), 40.0 / 140, 1e-12);
   EXPECT_EQ(keep.views, 6);
+  EXPECT_EQ(weightOf(keep.classes.views, kCar), 1000) << "two thousand views, faded to the most there can be";
   EXPECT_EQ(keep.first_us, 10);
   EXPECT_EQ(keep.last_us, 60);
   ASSERT_EQ(keep.leaves.size(), 2U);

@@ -36,7 +36,7 @@ Belief seenAgain(bool symmetric) {
   object.label = 10;
   object.belief = {Vec3(5.2, 0, 0), 0.25 * Mat3::Identity(), 100};
   local.objects = {object};
-  const MapUpdate update = fuse(map, local, Pose::Identity(), {{0, 1}}, ClassTable::builtin(), config);
+  const MapUpdate update = fuse(map, local, Pose::Identity(), {{0, 1}}, {}, ClassTable::builtin(), config);
   EXPECT_EQ(update.changed.size(), 1U);
   return update.changed.at(0).belief;
 }

@@ -9,18 +9,20 @@
 
 namespace hgg {
 
-/// A map node of a round extent.
+/// A map node of a round extent that is believed in.
 inline MapNode nodeAt(ClassId label, const Vec3& mean, double deviation = 0.5, double kappa = 100) {
   MapNode node;
   node.label = label;
   node.belief = {mean, deviation * deviation * Mat3::Identity(), kappa};
   node.T_map_object.translation() = mean;
   node.views = 1;
+  addViews(node.classes, {{label, 1000.0F}});
   return node;
 }
 
 inline MapNode tileNode(ClassId label, const Tile& tile, const Vec3& mean, double kappa = 100) {
   MapNode node = nodeAt(label, mean, 2, kappa);
+  node.classes = {};
   node.stuff = true;
   node.tile = tile;
   return node;
@@ -44,6 +46,9 @@ inline MapNode randomNode(std::mt19937& random, double extent) {
   node.T_map_object = randomPose(random, 1);
   node.T_map_object.translation() = node.belief.mean;
   node.views = 1 + static_cast<std::int32_t>(below(random, 100));
+  for (ClassId other = 0; other < 40; other = static_cast<ClassId>(other + 1 + below(random, 20))) {
+    addViews(node.classes, {{other, static_cast<float>(below(random, 50))}});
+  }
   node.first_us = static_cast<Micros>(random());
   node.last_us = node.first_us + static_cast<Micros>(random());
   for (std::uint32_t leaves = below(random, 6); leaves > 0; --leaves) {

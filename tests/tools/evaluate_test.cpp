@@ -157,15 +157,19 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   car.id = 4;
   car.label = 10;
   car.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  addViews(car.classes, {{10, 50.0F}});
   MapNode road = car;
   road.id = 5;
   road.label = 40;
   road.stuff = true;
-  const Map map = Map::restore({car, road}, {}, {{10, "car"}, {40, "road"}}, 1, 6);
+  MapNode doubted = car;
+  doubted.id = 6;
+  doubted.classes = {{{10, 1.0F}, {40, 30.0F}}};
+  const Map map = Map::restore({car, road, doubted}, {}, {{10, "car"}, {40, "road"}}, 1, 7);
   ASSERT_EQ(saveMap(map, {}, (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   ASSERT_TRUE(graph) << graph.error;
-  ASSERT_EQ(graph->objects.size(), 2u);
+  ASSERT_EQ(graph->objects.size(), 2u) << "the third is not believed in";
   EXPECT_EQ(graph->objects[0].id, 4);
   EXPECT_EQ(graph->objects[0].belief.mean, Vec3(1, 2, 3));
   EXPECT_TRUE(graph->objects[1].stuff);
@@ -430,6 +434,7 @@ TEST(Evaluate, CostIsReadFromBesideTheMapAndRetrievalFromAnswers) {
   car.id = 4;
   car.label = 10;
   car.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  addViews(car.classes, {{10, 50.0F}});
   ASSERT_EQ(saveMap(Map::restore({car}, {}, {{10, "car"}}, 1, 5), {}, (scratch / "map.hgg").string()), "");
   ASSERT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), {}, scratch / "truth"), "");
   writeText(scratch / "truth/queries.jsonl", R"({"text":"the car","target":1000001,"class":"car"})"

@@ -162,7 +162,9 @@ Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   }
   PredictedGraph graph{{}, stored->map.classNames()};
   for (const auto& [id, node] : stored->map.nodes()) {
-    graph.objects.push_back(predictionOf(node));
+    if (isBelieved(node)) {
+      graph.objects.push_back(predictionOf(node));
+    }
   }
   return checked(std::move(graph), path);
 }

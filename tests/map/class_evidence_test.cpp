@@ -1,0 +1,120 @@
+#include "map/class_evidence.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+#include "map/test_map.h"
+#include "test_scene.h"
+
+namespace hgg {
+namespace {
+
+/// A frame's object of these leaves, the body frame being the map's.
+LocalObject objectOf(ClassId label, const std::vector<Belief>& leaves) {
+  LocalObject object;
+  object.label = label;
+  object.belief = leaves[0];
+  for (const Belief& leaf : leaves) {
+    object.leaves.push_back(leaf);
+    object.belief = &leaf == &leaves[0] ? leaf : merge(object.belief, leaf);
+  }
+  return object;
+}
+
+Belief ball(const Vec3& mean, double deviation, double kappa) {
+  return {mean, deviation * deviation * Mat3::Identity(), kappa};
+}
+
+/// A map of one thing with these leaves, id 1.
+Map mapWith(ClassId label, const std::vector<Belief>& leaves) {
+  MapNode node = nodeAt(label, leaves[0].mean);
+  node.T_map_object = Pose::Identity();
+  node.belief = leaves[0];
+  for (const Belief& leaf : leaves) {
+    node.belief = &leaf == &leaves[0] ? leaf : merge(node.belief, leaf);
+    node.leaves.push_back(packLeaf(leaf));
+  }
+  return mapOf({node});
+}
+
+std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> objects) {
+  LocalGraph local;
+  local.objects = std::move(objects);
+  return classEvidence(local, map, Pose::Identity(), Config{});
+}
+
+/// As a map keeps it.
+Belief precisely(const Belief& leaf) { return unpackLeaf(packLeaf(leaf)); }
+
+double shareOf(const std::vector<ClassEvidence>& evidence, ClassId label) {
+  return weightOf(evidence.at(0).views, label) / sumOf(evidence.at(0).views);
+}
+
+TEST(ShareOn, IsTheIntegralOfThePointsOverTheSoftWindow) {
+  std::mt19937 random(4);
+  std::normal_distribution<double> normal;
+  for (int scene = 0; scene < 5; ++scene) {
+    const Belief window = precisely(randomBelief(random, 1)), leaf = randomBelief(random, 1);
+    const Map map = mapWith(kCar, {window});
+    const Mat3 root = leaf.cov.llt().matrixL(), inverse = window.cov.inverse();
+    double inside = 0;
+    constexpr int kSamples = 200'000;
+    for (int k = 0; k < kSamples; ++k) {
+      const Vec3 d = leaf.mean + root * Vec3(normal(random), normal(random), normal(random)) - window.mean;
+      inside += std::exp(-0.5 * d.dot(inverse * d)) / kSamples;
+    }
+    EXPECT_NEAR(shareOn(*map.find(1), objectOf(kCar, {leaf}), Pose::Identity(), 0),
+                std::min(inside / std::sqrt(0.125), 1.0), 0.02)
+        << scene;
+  }
+}
+
+TEST(ShareOn, IsNeverMoreThanAllAndNothingFarAway) {
+  const Belief leaf = ball(Vec3(3, 0, 0), 0.2, 50);
+  const Map map = mapWith(kCar, std::vector<Belief>(10, leaf));
+  EXPECT_EQ(shareOn(*map.find(1), objectOf(kCar, {leaf}), Pose::Identity(), 0.01), 1);
+  EXPECT_EQ(shareOn(*map.find(1), objectOf(kCar, {ball(Vec3(9, 0, 0), 0.2, 50)}), Pose::Identity(), 0.01), 0);
+}
+
+TEST(ClassEvidence, AThingSeenAgainIsEvidenceForItself) {
+  const Belief leaf = ball(Vec3(3, 0, 0), 0.2, 200);
+  const auto evidence = evidenceOf(mapWith(kCar, {leaf}), {objectOf(kCar, {leaf})});
+  ASSERT_EQ(evidence.size(), 1U);
+  EXPECT_EQ(evidence[0].id, 1);
+  EXPECT_GT(weightOf(evidence[0].views, kCar), 0.9);
+  EXPECT_LT(weightOf(evidence[0].views, kCar), 1);
+  EXPECT_EQ(evidence[0].views.size(), 1U);
+}
+
+TEST(ClassEvidence, ASliverOnAnotherSurfaceIsThatSurface) {
+  const Map map = mapWith(kCar, {ball(Vec3(3, 0, 0), 0.1, 20)});
+  Belief surface = ball(Vec3(3, 0.2, 0), 0.5, 2000);
+  surface.cov(0, 0) = 1e-4;
+  EXPECT_EQ(shareOf(evidenceOf(map, {objectOf(kPole, {surface})}), kPole), 1);
+}
+
+TEST(ClassEvidence, WhatReachesOverFromANeighbourDoesNotCount) {
+  const Belief own = ball(Vec3(3, 0, 0), 0.3, 300), beside = ball(Vec3(3, 0.9, 0), 0.3, 300);
+  EXPECT_EQ(shareOf(evidenceOf(mapWith(kCar, {own}), {objectOf(kCar, {own}), objectOf(kPole, {beside})}), kCar), 1);
+}
+
+TEST(ClassEvidence, APieceOfAThingIsAPartOfAView) {
+  const Belief left = ball(Vec3(3, 0, 0), 0.2, 500), right = ball(Vec3(3, 4, 0), 0.2, 500);
+  const auto evidence = evidenceOf(mapWith(kCar, {left, right}), {objectOf(kPole, {right})});
+  EXPECT_NEAR(weightOf(evidence.at(0).views, kPole), 0.5, 0.01) << "the other half was not looked at";
+}
+
+TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
+  Map map = mapWith(kCar, {ball(Vec3(30, 0, 0), 0.2, 50)});
+  MapUpdate update;
+  update.created.push_back(tileNode(kRoad, {0, 0, 0}, Vec3(3, 0, 0)));
+  update.created[0].leaves.push_back(packLeaf(ball(Vec3::Zero(), 0.5, 100)));
+  map.apply(std::move(update));
+  EXPECT_TRUE(evidenceOf(map, {objectOf(kRoad, {ball(Vec3(3, 0, 0), 0.5, 100)})}).empty());
+  EXPECT_TRUE(evidenceOf(map, {}).empty());
+}
+
+}  // namespace
+}  // namespace hgg
