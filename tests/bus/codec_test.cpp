@@ -12,25 +12,12 @@
 #include <limits>
 #include <random>
 
+#include "bus/generated_codec.h"
+
 namespace hgg {
 namespace {
 
-using Message = std::vector<std::uint8_t>;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-
-template <typename T>
-Message encodeGenerated(const T& message) {
-  Message bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-template <typename T>
-T decodeGenerated(const Message& bytes) {
-  T message;
-  EXPECT_EQ(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
-  return message;
-}
 
 /// A cloud record by record, as another program might build it.
 class CloudBuilder {

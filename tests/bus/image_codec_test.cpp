@@ -9,25 +9,10 @@
 #include <random>
 
 #include "bus/codec.h"
+#include "bus/generated_codec.h"
 
 namespace hgg {
 namespace {
-
-using Message = std::vector<std::uint8_t>;
-
-template <typename T>
-Message encodeGenerated(const T& message) {
-  Message bytes(static_cast<std::size_t>(message.getEncodedSize()));
-  message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
-  return bytes;
-}
-
-template <typename T>
-T decodeGenerated(const Message& bytes) {
-  T message;
-  EXPECT_EQ(message.decode(bytes.data(), 0, static_cast<int>(bytes.size())), static_cast<int>(bytes.size()));
-  return message;
-}
 
 LabelImage someLabels(bool full) {
   std::mt19937 random(1);
