@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+#include <vector>
 
 namespace hgg {
 namespace {
@@ -44,24 +45,52 @@ struct Term {
   double square() const { return d.dot(y); }
 };
 
-/// Adds the prior's term to the system.
-void addPrior(RegistrationSystem& system, const PoseBelief& prior, const Pose& T) {
+using Terms = std::vector<Term>;
+
+void fillTerms(std::span<const GaussianPair> pairs, const Pose& T, Terms& terms) {
+  terms.clear();
+  for (const GaussianPair& pair : pairs) {
+    terms.emplace_back(pair, T);
+  }
+}
+
+double robustCost(const Terms& terms, double c2) {
+  double cost = 0;
+  for (const Term& term : terms) {
+    cost += c2 * std::log1p(term.square() / c2);
+  }
+  return cost;
+}
+
+/// Gradient and hessian; the cost is left to robustCost.
+RegistrationSystem derivatives(const Terms& terms, double c2) {
+  RegistrationSystem system;
+  for (const Term& term : terms) {
+    const double slope = 1 / (1 + term.square() / c2);
+    // d s = 2 y . dd - y^T dC y with dd = v + w x arm and dC = [w] C' + C' [w]^T.
+    Vec6 gradient;
+    gradient << term.y, term.arm.cross(term.y) + term.y.cross(term.cov_turned * term.y);
+    Eigen::Matrix<double, 3, 6> J;
+    J << Mat3::Identity(), -skew(term.arm);
+    system.gradient += 2 * slope * gradient;
+    system.hessian += 2 * slope * J.transpose() * term.W * J;
+  }
+  return system;
+}
+
+double priorCost(const PoseBelief& prior, const Pose& T) {
+  const Vec6 xi = poseDifference(T, prior.T_map_body);
+  return xi.dot(prior.information * xi);
+}
+
+/// Adds the prior's derivatives to those of the pairs.
+RegistrationSystem withPrior(const RegistrationSystem& of_pairs, double weight, const PoseBelief& prior,
+                             const Pose& T) {
   const Vec6 xi = poseDifference(T, prior.T_map_body);
   Mat6 J = Mat6::Identity();
   J.bottomRightCorner<3, 3>() = inverseLeftJacobian(xi.tail<3>());
-  system.cost += xi.dot(prior.information * xi);
-  system.gradient += 2 * J.transpose() * prior.information * xi;
-  system.hessian += 2 * J.transpose() * prior.information * J;
-}
-
-RegistrationSystem systemAt(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior, const Pose& T,
-                            double robust_scale) {
-  RegistrationSystem system = linearize(pairs, T, robust_scale);
-  system.cost *= weight;
-  system.gradient *= weight;
-  system.hessian *= weight;
-  addPrior(system, prior, T);
-  return system;
+  return {0, weight * of_pairs.gradient + 2 * J.transpose() * prior.information * xi,
+          weight * of_pairs.hessian + 2 * J.transpose() * prior.information * J};
 }
 
 /// Marquardt's step; the floor keeps it finite where neither pairs nor prior say anything.
@@ -97,46 +126,40 @@ double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_b
 }
 
 RegistrationSystem linearize(std::span<const GaussianPair> pairs, const Pose& T_map_body, double robust_scale) {
-  RegistrationSystem system;
   const double c2 = robust_scale * robust_scale;
-  for (const GaussianPair& pair : pairs) {
-    const Term term(pair, T_map_body);
-    const double s = term.square(), slope = 1 / (1 + s / c2);
-    // d s = 2 y . dd - y^T dC y with dd = v + w x arm and dC = [w] C' + C' [w]^T.
-    Vec6 gradient;
-    gradient << term.y, term.arm.cross(term.y) + term.y.cross(term.cov_turned * term.y);
-    Eigen::Matrix<double, 3, 6> J;
-    J << Mat3::Identity(), -skew(term.arm);
-    system.cost += c2 * std::log1p(s / c2);
-    system.gradient += 2 * slope * gradient;
-    system.hessian += 2 * slope * J.transpose() * term.W * J;
-  }
+  Terms terms;
+  fillTerms(pairs, T_map_body, terms);
+  RegistrationSystem system = derivatives(terms, c2);
+  system.cost = robustCost(terms, c2);
   return system;
 }
 
 Registration registerPairs(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior,
                            const Pose& T_start, double robust_scale) {
-  Registration result;
-  result.T_map_body = T_start;
-  RegistrationSystem system = systemAt(pairs, weight, prior, T_start, robust_scale);
+  const double c2 = robust_scale * robust_scale;
+  Registration result{T_start, Mat6::Zero(), false};
+  Terms terms;
+  terms.reserve(pairs.size());
+  fillTerms(pairs, T_start, terms);
+  RegistrationSystem of_pairs = derivatives(terms, c2);
+  double cost = weight * robustCost(terms, c2) + priorCost(prior, T_start);
   double damping = 1e-6;
-  while (result.iterations < kMaxIterations && !result.converged) {
-    ++result.iterations;
-    const Vec6 step = dampedStep(system, damping);
+  for (int k = 0; k < kMaxIterations && !result.converged; ++k) {
+    const Vec6 step = dampedStep(withPrior(of_pairs, weight, prior, result.T_map_body), damping);
     const Pose T = moved(result.T_map_body, step);
-    const RegistrationSystem next = systemAt(pairs, weight, prior, T, robust_scale);
-    if (next.cost <= system.cost) {
-      result.converged = step.cwiseAbs().maxCoeff() < kConverged;
-      result.T_map_body = T;
-      system = next;
-      damping = std::max(0.1 * damping, 1e-9);
-    } else {
+    fillTerms(pairs, T, terms);
+    const double next_cost = weight * robustCost(terms, c2) + priorCost(prior, T);
+    if (next_cost > cost) {
       damping = std::max(10 * damping, 1e-4);
+      continue;
     }
+    result.converged = step.cwiseAbs().maxCoeff() < kConverged;
+    result.T_map_body = T;
+    of_pairs = derivatives(terms, c2);
+    cost = next_cost;
+    damping = std::max(0.1 * damping, 1e-9);
   }
-  const RegistrationSystem alone = linearize(pairs, result.T_map_body, robust_scale);
-  result.cost = alone.cost;
-  result.information = 0.5 * weight * alone.hessian;
+  result.information = 0.5 * weight * of_pairs.hessian;
   return result;
 }
 

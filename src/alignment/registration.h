@@ -45,8 +45,6 @@ RegistrationSystem linearize(std::span<const GaussianPair> pairs, const Pose& T_
 struct Registration {
   Pose T_map_body = Pose::Identity();
   Mat6 information = Mat6::Zero();  // of the pairs alone, at the solution
-  double cost = 0;                  // robust cost of the pairs at the solution
-  int iterations = 0;
   bool converged = false;
 };
 
