@@ -73,27 +73,18 @@ std::size_t strideOf(const LocalGraph& local, const std::vector<ObjectPair>& pai
   return std::max<std::size_t>(1, (leaves + most - 1) / most);
 }
 
-/// Means of a node's leaves, axis by axis.
-struct LeafMeans {
-  std::vector<float> x, y, z;
-  explicit LeafMeans(const std::vector<Leaf>& leaves) {
-    for (const Leaf& leaf : leaves) {
-      x.push_back(leaf.mean[0]), y.push_back(leaf.mean[1]), z.push_back(leaf.mean[2]);
-    }
-  }
-};
-
 /// A leaf is matched to one of this many nearest: more would only cost time.
 constexpr std::size_t kNearestLeaves = 4;
 
 /// Candidates (row of the frame's leaf, column of the node's): the nearest within the gate of `mean_node`.
-void addLeafCandidates(const LeafMeans& means, const Eigen::Vector3f& mean_node, float gate, int row, int first_column,
-                       std::vector<Candidate>& candidates) {
+void addLeafCandidates(const std::vector<Leaf>& leaves, const Eigen::Vector3f& mean_node, float gate, int row,
+                       int first_column, std::vector<Candidate>& candidates) {
   const auto first = static_cast<std::ptrdiff_t>(candidates.size());
   const auto isNearer = [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; };
   double farthest = static_cast<double>(gate * gate);
-  for (std::size_t v = 0; v < means.x.size(); ++v) {
-    const float dx = means.x[v] - mean_node.x(), dy = means.y[v] - mean_node.y(), dz = means.z[v] - mean_node.z();
+  for (std::size_t v = 0; v < leaves.size(); ++v) {
+    const std::array<float, 3>& mean = leaves[v].mean;
+    const float dx = mean[0] - mean_node.x(), dy = mean[1] - mean_node.y(), dz = mean[2] - mean_node.z();
     const auto square = static_cast<double>(dx * dx + dy * dy + dz * dz);
     if (square >= farthest) {
       continue;
@@ -113,32 +104,29 @@ std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map
                                          const Pose& T_map_body, const Config& config) {
   const auto gate = static_cast<float>(config.alignment.leaf_gate);
   const std::size_t stride = strideOf(local, pairs, config.alignment.max_leaf_pairs);
-  std::vector<LeafPair> rows;  // what a row and a column of the assignment stand for
-  std::vector<int> columns;
+  std::vector<LeafPair> rows;      // leaves of the frame that take part
+  std::vector<int> first_columns;  // of a pair's node: a column stands for one leaf
   std::vector<Candidate> candidates;
   std::size_t leaf = 0;
+  int columns = 0;
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pairs[p].local)];
     const MapNode& node = *map.find(pairs[p].map);
     const Pose T_node_object = node.T_map_object.inverse() * T_map_body * object.T_body_object;
-    const LeafMeans means(node.leaves);
-    const int first_column = static_cast<int>(columns.size());
-    for (std::size_t v = 0; v < node.leaves.size(); ++v) {
-      columns.push_back(static_cast<int>(v));
-    }
     for (std::size_t u = 0; u < object.leaves.size(); ++u, ++leaf) {
       if (leaf % stride == 0) {
-        addLeafCandidates(means, (T_node_object * object.leaves[u].mean).cast<float>(), gate,
-                          static_cast<int>(rows.size()), first_column, candidates);
-        rows.push_back({static_cast<int>(p), static_cast<int>(u), 0, 0});
+        addLeafCandidates(node.leaves, (T_node_object * object.leaves[u].mean).cast<float>(), gate,
+                          static_cast<int>(rows.size()), columns, candidates);
+        rows.push_back({static_cast<int>(p), static_cast<int>(u), 0});
       }
     }
+    first_columns.push_back(columns);
+    columns += static_cast<int>(node.leaves.size());
   }
   std::vector<LeafPair> found;
   for (const Candidate& c : assignSparse(candidates, static_cast<double>(gate * gate))) {
     LeafPair pair = rows[static_cast<std::size_t>(c.row)];
-    pair.map = columns[static_cast<std::size_t>(c.column)];
-    pair.cost = c.cost;
+    pair.map = c.column - first_columns[static_cast<std::size_t>(pair.pair)];
     found.push_back(pair);
   }
   return found;

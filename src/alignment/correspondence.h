@@ -17,7 +17,6 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
 struct LeafPair {
   int pair = 0;            // index into the object pairs
   int local = 0, map = 0;  // indices into the leaves of the two objects
-  double cost = 0;         // squared distance, m^2
 };
 
 /// Fine correspondence C^g at a given pose, inside matched objects only: a leaf of the frame and one of its nearest

@@ -32,7 +32,7 @@ class Place {
     addPatch(label, corner + z, x, y);
   }
 
-  /// What is within `range` m of x along the map's x axis.
+  /// What is between 1 and `range` m from the body, in every direction.
   Frame seenFrom(const Pose& T_map_body, Micros utime_us, double range = 12) {
     Frame frame{utime_us, T_map_body, {}};
     for (const Patch& patch : patches_) {
