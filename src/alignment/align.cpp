@@ -12,8 +12,8 @@ constexpr int kEdgeSamples = 1;      // K of eq. edge_cost
 constexpr double kRobustScale = 2;   // standard deviations
 constexpr double kLeafNoise = 0.01;  // m, floor of a leaf's thickness
 constexpr double kLoosest = 5;       // m
-/// Leaves of a frame share its errors: together they count as this many independent ones.
-constexpr double kEffectiveLeaves = 400;
+/// Leaves of a frame share its errors: each counts as this share of an independent one.
+constexpr double kLeafShare = 0.3;
 
 /// Where on its surface a leaf has its mean is chance, so the flatter a leaf is the less it says along its surface:
 /// lambda_k^3 / lambda_min^2 keeps the thickness of a plane and the extent of a ball.
@@ -117,9 +117,8 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   objects.insert(objects.end(), edges.begin(), edges.end());
   Registration found = registerPairs(objects, 1, prior, prior.T_map_body, kRobustScale);
   const auto leaves = fineCorrespondence(local, map, alignment.pairs, found.T_map_body, config);
-  const double weight = std::min(1.0, kEffectiveLeaves / static_cast<double>(std::max<std::size_t>(leaves.size(), 1)));
-  found =
-      registerPairs(leafGaussians(local, map, alignment.pairs, leaves), weight, prior, found.T_map_body, kRobustScale);
+  found = registerPairs(leafGaussians(local, map, alignment.pairs, leaves), kLeafShare, prior, found.T_map_body,
+                        kRobustScale);
   alignment.leaf_pairs = leaves.size();
   const Split split = splitDirections(found.information, prior.information);
   alignment.pose.T_map_body = moved(prior.T_map_body, split.kept * poseDifference(found.T_map_body, prior.T_map_body));

@@ -9,7 +9,7 @@ namespace hgg {
 namespace {
 
 constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-7;  // m and rad
+constexpr double kConverged = 1e-5;  // m and rad
 
 Mat3 skew(const Vec3& v) {
   Mat3 m;
@@ -57,7 +57,7 @@ void fillTerms(std::span<const GaussianPair> pairs, const Pose& T, Terms& terms)
 double robustCost(const Terms& terms, double c2) {
   double cost = 0;
   for (const Term& term : terms) {
-    cost += c2 * std::log1p(term.square() / c2);
+    cost += term.square() / (1 + term.square() / c2);
   }
   return cost;
 }
@@ -66,7 +66,7 @@ double robustCost(const Terms& terms, double c2) {
 RegistrationSystem derivatives(const Terms& terms, double c2) {
   RegistrationSystem system;
   for (const Term& term : terms) {
-    const double slope = 1 / (1 + term.square() / c2);
+    const double trust = 1 / (1 + term.square() / c2), slope = trust * trust;
     // d s = 2 y . dd - y^T dC y with dd = v + w x arm and dC = [w] C' + C' [w]^T.
     Vec6 gradient;
     gradient << term.y, term.arm.cross(term.y) + term.y.cross(term.cov_turned * term.y);

@@ -34,7 +34,8 @@ Pose moved(const Pose& T, const Vec6& tangent);
 /// eq. co_reg, summed over node and edge pairs alike: sum of |R mu_i + t - mu_j|^2 under (Sigma_j + R Sigma_i R^T)^-1.
 double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body);
 
-/// Derivatives of the robust cost sum_i c^2 ln(1 + s_i / c^2) at a pose, s_i being the terms of eq. co_reg.
+/// Derivatives of the robust cost sum_i s_i / (1 + s_i / c^2) (Geman-McClure) at a pose, s_i being the terms of eq.
+/// co_reg. What is far off, like the other face of a wall, is not heard at all.
 struct RegistrationSystem {
   double cost = 0;
   Vec6 gradient = Vec6::Zero();  // exact: the turn of Sigma_i is in it
