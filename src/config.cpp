@@ -85,6 +85,8 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
 
   visit("ablation", "symmetric_merge", c.ablation.symmetric_merge,
         KeyDoc{0, 0, "", "for evaluation only: merge beliefs half and half, blind to their evidence"});
+  visit("ablation", "cost", c.ablation.cost,
+        KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }
 
 std::string dotted(const char* section, const char* key) {
@@ -179,7 +181,7 @@ class Reader {
   std::vector<std::pair<toml::source_index, std::string>> errors_;
 };
 
-/// Checks that need more than one key.
+/// Checks beyond the range of one key.
 std::vector<std::string> crossCheck(const Config& c) {
   std::vector<std::string> errors;
   if (c.frame.range_min >= c.frame.range_max) {
@@ -187,6 +189,9 @@ std::vector<std::string> crossCheck(const Config& c) {
   }
   if (c.creation.beam_factor * c.creation.beam_spacing_deg > 8) {
     errors.emplace_back("'creation.beam_factor' * 'creation.beam_spacing_deg' must be at most 8 deg");
+  }
+  if (c.ablation.cost != "wasserstein" && c.ablation.cost != "centroid" && c.ablation.cost != "iou") {
+    errors.emplace_back("'ablation.cost' must be \"wasserstein\", \"centroid\" or \"iou\"");
   }
   return errors;
 }

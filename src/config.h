@@ -56,6 +56,7 @@ struct MapConfig {
 /// Weakened variants that an evaluation compares with; not for a robot.
 struct AblationConfig {
   bool symmetric_merge = false;
+  std::string cost = "wasserstein";
 };
 
 /// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "alignment/assignment.h"
+#include "alignment/pair_cost.h"
 #include "alignment/structure.h"
 #include "creation/object_graph.h"
 
@@ -38,9 +39,10 @@ std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
 }
 
 std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGraph& active, const Pose& T_map_body,
-                                       const AlignmentConfig& config) {
+                                       const Config& all) {
+  const AlignmentConfig& config = all.alignment;
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
-  // The Wasserstein distance is never below the distance of the means, so with a share of it in the cost this prunes
+  // A cost in metres is never below the distance of the means, so with a share of it in the cost this prunes
   // nothing that could pass the gate.
   const double reach = config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
   std::vector<Candidate> candidates;
@@ -55,7 +57,7 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGrap
       if (node.stuff || node.label != object.label || (node.belief.mean - seen.mean).squaredNorm() > reach * reach) {
         continue;
       }
-      const double cost = config.geometry_share * wasserstein2(seen, node.belief) +
+      const double cost = config.geometry_share * pairCost(seen, node.belief, all) +
                           (1 - config.geometry_share) * histogramDistance(histograms[i], active.histograms[j]);
       candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});
     }
@@ -143,8 +145,7 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
     }
   }
   const ActiveGraph active = activeGraph(map, T_map_body.translation(), config);
-  for (const Candidate& c :
-       assignSparse(thingCandidates(local, active, T_map_body, config.alignment), config.alignment.gate)) {
+  for (const Candidate& c : assignSparse(thingCandidates(local, active, T_map_body, config), config.alignment.gate)) {
     pairs.push_back({c.row, active.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
   }
   std::sort(pairs.begin(), pairs.end(), [](const ObjectPair& a, const ObjectPair& b) { return a.local < b.local; });
