@@ -72,10 +72,14 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
                                         const std::vector<LeafPair>& leaf_pairs) {
   std::vector<GaussianPair> gaussians;
   gaussians.reserve(leaf_pairs.size());
+  std::vector<const MapNode*> nodes;
+  for (const ObjectPair& pair : pairs) {
+    nodes.push_back(map.find(pair.map));
+  }
   for (const LeafPair& match : leaf_pairs) {
-    const ObjectPair& pair = pairs[static_cast<std::size_t>(match.pair)];
-    const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
-    const MapNode& node = *map.find(pair.map);
+    const auto p = static_cast<std::size_t>(match.pair);
+    const LocalObject& object = local.objects[static_cast<std::size_t>(pairs[p].local)];
+    const MapNode& node = *nodes[p];
     const Belief seen = transform(object.T_body_object, object.leaves[static_cast<std::size_t>(match.local)]);
     const Belief known = transform(node.T_map_object, unpackLeaf(node.leaves[static_cast<std::size_t>(match.map)]));
     gaussians.push_back({seen.mean, loosened(seen.cov), known.mean, loosened(known.cov)});

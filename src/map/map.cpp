@@ -11,9 +11,10 @@ constexpr double kCellSize = 10.0;         // m, of the index over node means
 constexpr double kKeyframeDistance = 2.0;  // m
 constexpr double kKeyframeAngle = 20.0 * M_PI / 180;
 
+/// Columns: places spread over the ground, and a robot looks farther than a house is high.
 Tile cellOf(const Vec3& mean) {
   const Eigen::Array3d c = (mean / kCellSize).array().floor().max(-1e9).min(1e9);  // so that neighbours of it exist too
-  return {static_cast<std::int32_t>(c[0]), static_cast<std::int32_t>(c[1]), static_cast<std::int32_t>(c[2])};
+  return {static_cast<std::int32_t>(c[0]), static_cast<std::int32_t>(c[1]), 0};
 }
 
 double cellsBetween(const Tile& low, const Tile& high) {
