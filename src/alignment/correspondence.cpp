@@ -1,32 +1,61 @@
 #include "alignment/correspondence.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "alignment/assignment.h"
 #include "alignment/pair_cost.h"
 #include "alignment/structure.h"
-#include "creation/object_graph.h"
+#include "creation/neighborhood.h"
 
 namespace hgg {
 namespace {
 
 /// The map around the robot, as a graph that can be compared with a frame's.
 struct ActiveGraph {
-  std::vector<const MapNode*> nodes;  // ascending by id
-  std::vector<NeighborHistogram> histograms;
+  std::vector<const MapNode*> nodes;          // ascending by id
+  std::vector<NeighborHistogram> histograms;  // of things near one of the frame's; of the others empty
 };
 
-ActiveGraph activeGraph(const Map& map, const Vec3& centre, const Config& config) {
+/// Means farther apart than this are no pair. A cost in metres is never below the distance of the means, so with a
+/// share of it in the cost this prunes nothing that could pass the gate.
+double reachOf(const AlignmentConfig& config) {
+  return config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
+}
+
+std::vector<Vec3> thingMeans(const LocalGraph& local, const Pose& T_map_body) {
+  std::vector<Vec3> means;
+  for (const LocalObject& object : local.objects) {
+    if (!object.stuff) {
+      means.push_back(T_map_body * object.belief.mean);
+    }
+  }
+  return means;
+}
+
+ActiveGraph activeGraph(const LocalGraph& local, const Map& map, const Pose& T_map_body, const Config& config) {
   ActiveGraph active;
-  std::vector<GraphNode> nodes;
+  std::vector<Vec3> means;
   std::vector<ClassId> labels;
-  for (const NodeId id : map.near(centre, config.map.active_radius)) {
+  std::vector<int> asked;
+  const std::vector<Vec3> seen = thingMeans(local, T_map_body);
+  const double square_reach = std::pow(reachOf(config.alignment), 2);
+  for (const NodeId id : map.near(T_map_body.translation(), config.map.active_radius)) {
     const MapNode* node = map.find(id);
+    const Vec3& mean = node->belief.mean;
+    if (!node->stuff && std::any_of(seen.begin(), seen.end(),
+                                    [&](const Vec3& p) { return (p - mean).squaredNorm() <= square_reach; })) {
+      asked.push_back(static_cast<int>(means.size()));
+    }
     active.nodes.push_back(node);
-    nodes.push_back({node->label, &node->belief});
+    means.push_back(mean);
     labels.push_back(node->label);
   }
-  active.histograms = neighborHistograms(labels, connectObjects(nodes, config.creation));
+  const std::vector<std::vector<int>> neighbors = relativeNeighborsOf(means, asked);
+  active.histograms.resize(means.size());
+  for (std::size_t k = 0; k < asked.size(); ++k) {
+    active.histograms[static_cast<std::size_t>(asked[k])] = histogramOf(labels, neighbors[k]);
+  }
   return active;
 }
 
@@ -42,9 +71,7 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGrap
                                        const Config& all) {
   const AlignmentConfig& config = all.alignment;
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
-  // A cost in metres is never below the distance of the means, so with a share of it in the cost this prunes
-  // nothing that could pass the gate.
-  const double reach = config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
+  const double reach = reachOf(config);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
@@ -144,7 +171,7 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
       pairs.push_back({static_cast<int>(i), node->id, 0});
     }
   }
-  const ActiveGraph active = activeGraph(map, T_map_body.translation(), config);
+  const ActiveGraph active = activeGraph(local, map, T_map_body, config);
   for (const Candidate& c : assignSparse(thingCandidates(local, active, T_map_body, config), config.alignment.gate)) {
     pairs.push_back({c.row, active.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
   }

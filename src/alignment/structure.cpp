@@ -28,6 +28,14 @@ std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& la
   return histograms;
 }
 
+NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vector<int>& neighbors) {
+  NeighborHistogram histogram;
+  for (const int j : neighbors) {
+    count(histogram, labels[static_cast<std::size_t>(j)]);
+  }
+  return histogram;
+}
+
 double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b) {
   double square = 0;
   auto i = a.begin();

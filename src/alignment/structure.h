@@ -15,6 +15,9 @@ using NeighborHistogram = std::vector<std::pair<ClassId, int>>;
 std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
                                                   const std::vector<LocalEdge>& edges);
 
+/// The histogram of a node with these neighbours.
+NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vector<int>& neighbors);
+
 /// L2 norm of the difference (E_st).
 double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b);
 

@@ -146,8 +146,9 @@ bool blockPoint(const Blockers& near, const Vec3& p, double square_ij) {
   return false;
 }
 
-/// Points j > i that none of the nearest points of i blocks: a superset of i's later neighbours, ascending.
-void collectCandidates(std::span<const Vec3> points, const PointTree& tree, int i, std::vector<int>& candidates) {
+/// Points j >= first that none of the nearest points of i blocks: a superset of i's neighbours among them, ascending.
+void collectCandidates(std::span<const Vec3> points, const PointTree& tree, int i, int first,
+                       std::vector<int>& candidates) {
   const Vec3& p_i = points[static_cast<std::size_t>(i)];
   const Blockers near = nearestPoints(points, tree, i);
   candidates.clear();
@@ -155,7 +156,7 @@ void collectCandidates(std::span<const Vec3> points, const PointTree& tree, int 
       p_i, [&](const PointTree::Node& box, double gap) { return blockBox(near, box, gap, p_i); },
       [&](int j) {
         const Vec3& p_j = points[static_cast<std::size_t>(j)];
-        if (j > i && !blockPoint(near, p_j, (p_j - p_i).squaredNorm())) {
+        if (j >= first && j != i && !blockPoint(near, p_j, (p_j - p_i).squaredNorm())) {
           candidates.push_back(j);
         }
         return false;
@@ -177,21 +178,36 @@ bool isBlocked(std::span<const Vec3> points, const PointTree& tree, const Vec3& 
       });
 }
 
+/// Neighbours j >= first of i, ascending.
+void collectNeighbors(std::span<const Vec3> points, const PointTree& tree, int i, int first,
+                      std::vector<int>& neighbors) {
+  collectCandidates(points, tree, i, first, neighbors);
+  const Vec3& p_i = points[static_cast<std::size_t>(i)];
+  std::erase_if(neighbors, [&](int j) { return isBlocked(points, tree, p_i, points[static_cast<std::size_t>(j)]); });
+}
+
 }  // namespace
 
 std::vector<std::pair<int, int>> relativeNeighborhood(std::span<const Vec3> points) {
   const PointTree tree(points);
   std::vector<std::pair<int, int>> edges;
-  std::vector<int> candidates;
+  std::vector<int> later;
   for (int i = 0; i < static_cast<int>(points.size()); ++i) {
-    collectCandidates(points, tree, i, candidates);
-    for (const int j : candidates) {
-      if (!isBlocked(points, tree, points[static_cast<std::size_t>(i)], points[static_cast<std::size_t>(j)])) {
-        edges.emplace_back(i, j);
-      }
+    collectNeighbors(points, tree, i, i + 1, later);
+    for (const int j : later) {
+      edges.emplace_back(i, j);
     }
   }
   return edges;
+}
+
+std::vector<std::vector<int>> relativeNeighborsOf(std::span<const Vec3> points, std::span<const int> of) {
+  const PointTree tree(points);
+  std::vector<std::vector<int>> neighbors(of.size());
+  for (std::size_t k = 0; k < of.size(); ++k) {
+    collectNeighbors(points, tree, of[k], 0, neighbors[k]);
+  }
+  return neighbors;
 }
 
 }  // namespace hgg

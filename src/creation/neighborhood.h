@@ -12,4 +12,7 @@ namespace hgg {
 /// Pruned by nearest neighbours over a k-d tree: about n log n on scenes, quadratic only for adversarial point sets.
 std::vector<std::pair<int, int>> relativeNeighborhood(std::span<const Vec3> points);
 
+/// The neighbours in that graph of each point of `of` (indices), ascending. Costs what those points cost, and a tree.
+std::vector<std::vector<int>> relativeNeighborsOf(std::span<const Vec3> points, std::span<const int> of);
+
 }  // namespace hgg
