@@ -127,6 +127,20 @@ bool isDegenerateAlong(const Alignment& alignment, const Vec6& direction) {
   return (span * span.colPivHouseholderQr().solve(direction) - direction).norm() < 0.3;
 }
 
+/// Along the directions reported as degenerate the pose is the prior's, and along no other; the reason agrees.
+void expectTheRestIsOdometrys(const Trial& trial) {
+  const Vec6 xi = poseDifference(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
+  for (const Vec6& direction : trial.alignment.degenerate_directions) {
+    const double scale = std::sqrt(direction.dot(trial.prior.information * direction));
+    EXPECT_NEAR(direction.dot(trial.prior.information * xi) / scale, 0, 1e-3) << direction.transpose();
+  }
+  const std::size_t degenerate = trial.alignment.degenerate_directions.size();
+  EXPECT_EQ(trial.alignment.reason, trial.alignment.leaf_pairs == 0 ? "odometry"
+                                    : degenerate == 0               ? "aligned"
+                                                                    : "degenerate");
+  EXPECT_LT(awayFromPrior(trial), 3);
+}
+
 TEST(Align, TakesAwayTheErrorOfOdometryWhereThereIsStructure) {
   const Pose T_true = at(0.5, 0.1, 2), T_wrong = at(0.53, 0.13, 2.3);
   const Trial trial = alignIn(carPark(), T_true, T_wrong);
@@ -147,6 +161,7 @@ TEST(Align, InACorridorTheWayAlongItIsOdometrys) {
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
   EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
   EXPECT_EQ(trial.alignment.reason, "degenerate");
+  expectTheRestIsOdometrys(trial);
 }
 
 TEST(Align, OnAnOpenFieldOnlyHeightAndTiltAreTheMaps) {
@@ -160,6 +175,9 @@ TEST(Align, OnAnOpenFieldOnlyHeightAndTiltAreTheMaps) {
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(5)));
+  EXPECT_EQ(trial.alignment.degenerate_directions.size(), 3U);
+  EXPECT_EQ(trial.alignment.reason, "degenerate");
+  expectTheRestIsOdometrys(trial);
 }
 
 TEST(Align, NothingInViewIsOdometry) {
@@ -170,18 +188,87 @@ TEST(Align, NothingInViewIsOdometry) {
   EXPECT_EQ(trial.alignment.reason, "odometry");
 }
 
+TEST(Align, AnEmptyMapIsOdometry) {
+  Place place = carPark();
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  const Frame frame = place.seenFrom(at(0.5, 0), 600'000);
+  Trial trial{{}, startPose(at(0.53, 0.03), false)};
+  const LocalGraph local = createLocalGraph(frame, trial.prior.T_map_body, testClasses(), config);
+  trial.alignment = align(local, Map{}, trial.prior, config);
+  EXPECT_LT(awayFromPrior(trial), 1e-6);
+  EXPECT_EQ(trial.alignment.degenerate_directions.size(), 6U);
+  EXPECT_EQ(trial.alignment.reason, "odometry");
+}
+
+TEST(Align, ASingleWallSaysHowFarItIsAndHowItIsTurned) {
+  Place place(5);
+  place.addPatch(kCar, Vec3(5, -2, -1), Vec3(0, 4, 0), Vec3(0, 0, 2));
+  const Trial trial = alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1));
+  EXPECT_NEAR(trial.alignment.pose.T_map_body.translation().x(), 0.5, 0.006);
+  EXPECT_NEAR(trial.alignment.pose.T_map_body.translation().y(), 0.02, 0.01);
+  EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
+  for (const int along : {1, 2, 3}) {
+    EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(along))) << along;
+  }
+  expectTheRestIsOdometrys(trial);
+}
+
 TEST(Align, ASingleObjectNeverTearsThePoseFromThePrior) {
   Place place(5);
   place.addBlock(kCar, Vec3(4, 1, -1), Vec3(4, 1.8, 1.5));
-  EXPECT_LT(awayFromPrior(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1))), 3);
+  expectTheRestIsOdometrys(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1)));
 }
 
-TEST(Align, CoplanarObjectsOfOneClassNeverTearThePoseFromThePrior) {
+TEST(Align, CoplanarObjectsOfOneClassSayNothingOfTheWayAlongThem) {
   Place place(6);
   for (int i = -4; i < 5; ++i) {
     place.addPatch(kCar, Vec3(2.0 * i, 3, -1), Vec3(1, 0, 0), Vec3(0, 0, 1));
   }
-  EXPECT_LT(awayFromPrior(alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1))), 3);
+  const Trial trial = alignIn(place, at(0.5, 0), at(0.52, 0.02, 0.1));
+  EXPECT_NEAR(trial.alignment.pose.T_map_body.translation().y(), 0, 0.006);
+  EXPECT_NEAR(trial.alignment.pose.T_map_body.translation().x(), 0.52, 0.01);
+  EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
+  EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
+  EXPECT_EQ(trial.alignment.reason, "degenerate");
+  expectTheRestIsOdometrys(trial);
+}
+
+TEST(Align, ObjectsOfOneClassSufficeWhereTheyStandInEveryDirection) {
+  Place place(7);
+  for (const Vec3& corner : {Vec3(4, 3, -1), Vec3(-7, 4, -1), Vec3(-5, -6, -1), Vec3(3, -6, -1), Vec3(-1, 6, -1)}) {
+    place.addBlock(kCar, corner, Vec3(3, 1.8, 1.5));
+  }
+  const Pose T_true = at(0.5, 0.1, 2);
+  const Trial trial = alignIn(place, T_true, at(0.53, 0.13, 2.3));
+  const Vec6 error = poseDifference(trial.alignment.pose.T_map_body, T_true);
+  EXPECT_LT(error.head<3>().norm(), 0.012);
+  EXPECT_LT(error.tail<3>().norm(), 0.1 * kDegree);
+  EXPECT_EQ(trial.alignment.reason, "aligned");
+}
+
+/// A room whose right wall was seen from the other side, 12 cm behind: the face that is in view now is in no map.
+TEST(Align, TheFarFaceOfAWallDoesNotPullThePose) {
+  Config config;
+  config.creation.beam_spacing_deg = 0.2, config.creation.tile_size = 3, config.alignment.leaf_gate = 0.15;
+  config.creation.leaf_gap = 0.2, config.map.leaf_size = 0.1;
+  const auto room = [](double right_wall) {
+    Place place(8);
+    place.addPatch(kRoad, Vec3(-4, -3, -1), Vec3(8, 0, 0), Vec3(0, 6, 0));
+    place.addPatch(kRoad, Vec3(4, -3, -1), Vec3(0, 6, 0), Vec3(0, 0, 2));
+    place.addPatch(kRoad, Vec3(-4, right_wall, -1), Vec3(8, 0, 0), Vec3(0, 0, 2));
+    place.addPatch(kRoad, Vec3(-4, 3, -1), Vec3(3, 0, 0), Vec3(0, 0, 2));  // a little of the left wall
+    return place;
+  };
+  Place before = room(-3.12), now = room(-3);
+  Mapper mapper(config, testClasses());
+  for (int i = 0; i < 5; ++i) {
+    mapper.step(before.seenFrom(at(-1 + 0.2 * i, 0), 100'000 * (i + 1)));
+  }
+  const PoseBelief prior = *predictPose({at(-0.2, 0), 1e6 * Mat6::Identity()}, at(0.2, 0), config.alignment);
+  const LocalGraph local = createLocalGraph(now.seenFrom(at(0, 0), 600'000), prior.T_map_body, testClasses(), config);
+  const Alignment alignment = align(local, mapper.map(), prior, config);
+  EXPECT_LT(std::abs(alignment.pose.T_map_body.translation().y()), 0.01);
 }
 
 /// Drives with odometry that jumps in frame 5; the last pose.
@@ -238,8 +325,9 @@ TEST(Align, DuplicateMapObjectsDoNotHarm) {
   const Frame frame = place.seenFrom(at(0.2, 0), 500'000);
   const PoseBelief prior = *predictPose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
-  const Vec6 error = poseDifference(align(local, map, prior, config).pose.T_map_body, at(0.2, 0));
-  EXPECT_LT(error.head<3>().norm(), 0.015);
+  const Alignment alignment = align(local, map, prior, config);
+  EXPECT_LT(poseDifference(alignment.pose.T_map_body, at(0.2, 0)).head<3>().norm(), 0.015);
+  EXPECT_EQ(alignment.reason, "aligned");
 }
 
 }  // namespace
