@@ -527,6 +527,21 @@ class Matrix:
     CORRECTION = [(em, loops, (("correction.em", str(em).lower()), ("correction.loop_closure", str(loops).lower())))
                   for em, loops in ((False, False), (True, False), (False, True), (True, True))]
 
+    PAIRING = [(cost, (("ablation.cost", json.dumps(cost)),)) for cost in ("wasserstein", "centroid", "iou")]
+    GATES = {"shipped": lambda world: (), "three times": lambda world: (("alignment.gate", "3.0" if is_indoor(world) else "9.0"),)}
+    PAIRING_SEEDS = 5  # at least
+
+    def pairing_runs_of(self, world, gate, switches):
+        """With more seeds than the other tables: the costs differ little."""
+        seeds = self.args.seeds if self.args.quick else [*self.args.seeds, *(s for s in range(1, 100) if s not in self.args.seeds)]
+        seeds = seeds[:max(len(self.args.seeds), self.PAIRING_SEEDS)]
+        return [Run(Drive(world, main_sensor(world), seed, self.args.frames), self.correction_odometry(), (*switches, *self.GATES[gate](world)))
+                for seed in seeds]
+
+    def pairing_runs(self):
+        return [run for world in self.args.worlds for gate in self.GATES for _, switches in self.PAIRING
+                if self.workshop.has_switches(switches) for run in self.pairing_runs_of(world, gate, switches)]
+
     def correction_switches(self, em, loops, switches):
         """None where a stage is missing; today's mapper is the row without both."""
         return switches if self.workshop.has_switches(switches) else None if em or loops else ()
@@ -617,6 +632,20 @@ best there is (0.1 m outdoors, 0.05 m indoors).""",
 The paper's NIW ablation: beliefs merge half and half, whatever was seen of each (`[ablation] symmetric_merge`), and factors
 of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEADER[1:]], rows, 3)
 
+    def pairing(self):
+        columns, rows = OBJECT_COLUMNS[1:5], []
+        for world in self.args.worlds:
+            for gate in self.GATES:
+                for cost, switches in self.PAIRING:
+                    ready = self.workshop.has_switches(switches)
+                    rows.append([world, gate, cost, *(cells(self.results(self.pairing_runs_of(world, gate, switches)), columns)
+                                                      if ready else [NOT_YET] * len(columns))])
+        return Table("pairing", "What the cost of a pair is worth", f"""
+The paper's cost ablation: things are paired with the map's by the Wasserstein distance of their Gaussians, by the distance of
+their means, or by how little their boxes overlap (`[ablation] cost`), with {self.correction_odometry()} odometry and at least {self.PAIRING_SEEDS} seeds. F1 is that of the
+objects of the final map, after nodes that are one object were merged. The wide gate lets neighbours be candidates too.""",
+                     ["world", "gate", "cost", *OBJECT_HEADER[1:5]], rows, 3)
+
     def correction(self):
         columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("overall.f1", 2), ("trajectory.ate_rmse", 2)]
         rows = []
@@ -703,12 +732,12 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
 
     def needed(self, name):
         return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
-                "sensors": self.sensor_runs, "busy": self.busy_runs, "niw": self.niw_runs, "correction": self.correction_runs,
+                "sensors": self.sensor_runs, "busy": self.busy_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
                 "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
 
 
-TABLES = ["objects", "sensors", "busy", "trajectory", "geometry", "niw", "correction", "alignment", "retrieval", "cost", "real"]
+TABLES = ["objects", "sensors", "busy", "trajectory", "geometry", "niw", "pairing", "correction", "alignment", "retrieval", "cost", "real"]
 
 
 def memory_cells(stats):
