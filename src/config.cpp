@@ -63,6 +63,8 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
         KeyDoc{0, 1, "", "alpha_c of the pair cost: Wasserstein distance against neighbour histogram"});
   visit("alignment", "leaf_gate", c.alignment.leaf_gate,
         KeyDoc{0.02, 10, "m", "leaves farther apart than this are no pair"});
+  visit("alignment", "leaf_geometry_share", c.alignment.leaf_geometry_share,
+        KeyDoc{0, 1, "", "alpha_r of the leaf cost: distance against Weisfeiler-Lehman features; below 1 is slow"});
   visit("alignment", "max_leaf_pairs", c.alignment.max_leaf_pairs,
         KeyDoc{10, 100000, "leaves", "of a frame that take part in fine alignment, spread evenly over it"});
   visit("alignment", "odometry_drift", c.alignment.odometry_drift,

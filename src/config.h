@@ -39,6 +39,7 @@ struct AlignmentConfig {
   double gate = 3.0;
   double geometry_share = 0.9;
   double leaf_gate = 1.0;
+  double leaf_geometry_share = 1.0;
   int max_leaf_pairs = 1500;
   double odometry_drift = 0.03;
   double odometry_turn_deg = 0.2;

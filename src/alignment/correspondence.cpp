@@ -127,6 +127,47 @@ void addLeafCandidates(const std::vector<Leaf>& leaves, const Eigen::Vector3f& m
   }
 }
 
+constexpr int kStructureRounds = 2;  // h of the features
+
+Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {
+  std::vector<Belief> leaves;
+  std::vector<Vec3> means;
+  for (const Leaf& leaf : node.leaves) {
+    leaves.push_back(unpackLeaf(leaf));
+    means.push_back(leaves.back().mean);
+  }
+  return wlFeatures(leaves, relativeNeighborhood(means), kStructureRounds, sigma_floor);
+}
+
+/// The structural part of the leaves' cost: D_WL as the mean squared difference D of the features, worth
+/// gate^2 D / (1 + D) so that it can be weighed against a squared distance below the gate.
+class StructureCost {
+ public:
+  StructureCost(const LocalObject& object, const MapNode& node, const Config& config)
+      : square_gate_(config.alignment.leaf_gate * config.alignment.leaf_gate),
+        share_(config.alignment.leaf_geometry_share) {
+    if (share_ < 1) {
+      const double floor = config.creation.sigma_floor;
+      local_ = wlFeatures(object.leaves, object.leaf_edges, kStructureRounds, floor);
+      map_ = featuresOf(node, floor);
+    }
+  }
+
+  /// alpha_r |du|^2 + (1 - alpha_r) D_WL.
+  double operator()(std::size_t local, int map, double square) const {
+    if (share_ >= 1) {
+      return square;
+    }
+    const auto row = static_cast<Eigen::Index>(local);
+    const double d = (local_.row(row) - map_.row(map)).squaredNorm() / static_cast<double>(map_.cols());
+    return share_ * square + (1 - share_) * square_gate_ * d / (1 + d);
+  }
+
+ private:
+  double square_gate_, share_;
+  Eigen::MatrixXd local_, map_;
+};
+
 }  // namespace
 
 std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
@@ -142,11 +183,16 @@ std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map
     const LocalObject& object = local.objects[static_cast<std::size_t>(pairs[p].local)];
     const MapNode& node = *map.find(pairs[p].map);
     const Pose T_node_object = node.T_map_object.inverse() * T_map_body * object.T_body_object;
+    const StructureCost costOf(object, node, config);
     for (std::size_t u = 0; u < object.leaves.size(); ++u, ++leaf) {
       if (leaf % stride == 0) {
+        const std::size_t first = candidates.size();
         addLeafCandidates(node.leaves, (T_node_object * object.leaves[u].mean).cast<float>(), gate,
                           static_cast<int>(rows.size()), columns, candidates);
         rows.push_back({static_cast<int>(p), static_cast<int>(u), 0});
+        for (std::size_t k = first; k < candidates.size(); ++k) {
+          candidates[k].cost = costOf(u, candidates[k].column - columns, candidates[k].cost);
+        }
       }
     }
     first_columns.push_back(columns);

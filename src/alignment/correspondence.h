@@ -20,8 +20,9 @@ struct LeafPair {
 };
 
 /// Fine correspondence C^g at a given pose, inside matched objects only: a leaf of the frame and one of its nearest
-/// leaves of the node within `alignment.leaf_gate`, by optimal one-to-one assignment of the squared distances. At most
-/// `alignment.max_leaf_pairs` leaves of the frame are looked at, spread evenly over it.
+/// leaves of the node within `alignment.leaf_gate`, by optimal one-to-one assignment of a |du|^2 + (1 - a) D_WL, a =
+/// alignment.leaf_geometry_share. At most `alignment.max_leaf_pairs` leaves of the frame are looked at, spread evenly
+/// over it.
 std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                          const Pose& T_map_body, const Config& config);
 

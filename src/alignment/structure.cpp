@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/spd.h"
+
 namespace hgg {
 namespace {
 
@@ -49,6 +51,29 @@ double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b)
     j += take_b ? 1 : 0;
   }
   return std::sqrt(square);
+}
+
+Eigen::MatrixXd wlFeatures(const std::vector<Belief>& leaves, const std::vector<std::pair<int, int>>& edges, int rounds,
+                           double sigma_floor) {
+  const auto n = static_cast<Eigen::Index>(leaves.size());
+  Eigen::VectorXd degree = Eigen::VectorXd::Zero(n);
+  for (const auto& [a, b] : edges) {
+    degree[a] += 1, degree[b] += 1;
+  }
+  Eigen::MatrixXd features(n, 4);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Mat3 cov = withFloor(leaves[static_cast<std::size_t>(i)].cov, sigma_floor);
+    features.row(i) << eigenSymmetric(cov).values.array().log().matrix().transpose(), degree[i];
+  }
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::MatrixXd around = Eigen::MatrixXd::Zero(n, features.cols());
+    for (const auto& [a, b] : edges) {
+      around.row(a) += features.row(b), around.row(b) += features.row(a);
+    }
+    around.array().colwise() /= degree.array().max(1);
+    features = (Eigen::MatrixXd(n, 2 * features.cols()) << features, around).finished();
+  }
+  return features;
 }
 
 }  // namespace hgg

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/belief.h"
 #include "core/types.h"
 #include "map/local_graph.h"
 
@@ -20,5 +21,11 @@ NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vec
 
 /// L2 norm of the difference (E_st).
 double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b);
+
+/// Real-valued Weisfeiler-Lehman features of a geometry graph, a row a leaf: log eigenvalues of its covariance
+/// (floored, ascending) and its degree, then `rounds` times what is there beside the mean of it over the neighbours
+/// (zero without any). 4 * 2^rounds columns; the same however the graph is turned, moved or numbered.
+Eigen::MatrixXd wlFeatures(const std::vector<Belief>& leaves, const std::vector<std::pair<int, int>>& edges, int rounds,
+                           double sigma_floor);
 
 }  // namespace hgg

@@ -36,6 +36,25 @@ std::vector<ObjectPair> match(const LocalGraph& local, const Map& map, const Con
   return coarseCorrespondence(local, map, T, config);
 }
 
+TEST(FineCorrespondence, StructureDecidesBetweenLeavesWhereItIsAskedFor) {
+  const Mat3 plate = Vec3(0.04, 0.04, 0.0001).asDiagonal(), ball = 0.02 * Mat3::Identity();
+  MapNode node = nodeAt(kCar, Vec3(5, 0, 0));
+  node.leaves = {packLeaf({Vec3(0.1, 0, 0), ball, 50}), packLeaf({Vec3(0.3, 0, 0), plate, 50})};
+  LocalObject car = objectAt(kCar, Vec3(5, 0, 0));
+  car.leaves = {{Vec3(0.12, 0, 0), plate, 50}, {Vec3(0.28, 0, 0), ball, 50}};
+  car.leaf_edges = {{0, 1}};
+  const Map map = mapOf({node});
+  const std::vector<ObjectPair> pairs{{0, 1, 0}};
+  for (const double share : {1.0, 0.5}) {
+    Config config;
+    config.alignment.leaf_geometry_share = share;
+    const auto found = fineCorrespondence(graphOf({car}), map, pairs, Pose::Identity(), config);
+    ASSERT_EQ(found.size(), 2U);
+    EXPECT_EQ(found[0].map, share == 1 ? 0 : 1);
+    EXPECT_EQ(found[1].map, share == 1 ? 1 : 0);
+  }
+}
+
 TEST(CoarseCorrespondence, ClassIsHard) {
   const Map map = mapOf({nodeAt(kPole, Vec3(5, 0, 0)), nodeAt(kCar, Vec3(6, 0, 0))});
   const auto pairs = match(graphOf({objectAt(kCar, Vec3(5, 0, 0))}), map, geometryOnly(3));
