@@ -5,12 +5,17 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <atomic>
+#include <chrono>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 
+#include "alignment/zero_shot.h"
 #include "bus/log.h"
 #include "map/export.h"
 #include "map/file.h"
@@ -23,7 +28,7 @@
 namespace hgg {
 namespace {
 
-constexpr int kDone = 0, kBadInput = 2;
+constexpr int kDone = 0, kNo = 1, kBadInput = 2;
 
 std::atomic<bool> g_stop{false};  // a signal handler can reach nothing else
 
@@ -44,9 +49,9 @@ int fail(const std::string& error) {
 }
 
 struct Options {
-  std::string config, lcm_url, log, map, out, format;
+  std::string config, lcm_url, log, map, out, format, map_b, classes;
   std::string run_directory = "out/run", replay_directory = "out/replay";
-  bool print_config = false;
+  bool print_config = false, json = false;
 };
 
 RunCounters countersOf(const PipelineCounts& c) {
@@ -211,6 +216,54 @@ int info(const Options& o) {
   return kDone;
 }
 
+/// The answer of align as one line of JSON; `ms` is the only thing in it that is not the same every time.
+std::string alignmentJson(const ZeroShot& z, double ms) {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (Eigen::Index k = 0; k < 12; ++k) {
+    rows.push_back(z.T_a_b.matrix()(k / 4, k % 4));
+  }
+  const PlaceEvidence& e = z.evidence;
+  const nlohmann::ordered_json evidence{{"things_matched", e.things_matched}, {"things_missed", e.things_missed},
+                                        {"thing_odds", e.thing_odds},         {"surfaces_seen", e.surfaces_seen},
+                                        {"surface_share", e.surface_share},   {"chance_share", e.chance_share},
+                                        {"surface_odds", e.surface_odds},     {"runner_up", z.runner_up}};
+  const nlohmann::ordered_json answer{
+      {"accepted", z.accepted}, {"T_a_b", rows},      {"score", z.score},     {"threshold", z.threshold},
+      {"pairs", z.pairs},       {"reason", z.reason}, {"evidence", evidence}, {"ms", std::round(10 * ms) / 10}};
+  return answer.dump();
+}
+
+std::string describe(const ZeroShot& z) {
+  const Vec3 t = z.T_a_b.translation();
+  const double yaw = std::atan2(z.T_a_b.linear()(1, 0), z.T_a_b.linear()(0, 0));
+  const double tilt = std::acos(std::clamp(z.T_a_b.linear()(2, 2), -1.0, 1.0));
+  return fmt::format(
+      "{}: {}\nscore {:.1f}, threshold {:.1f}, best place elsewhere {:.1f}\n"
+      "T_a_b: x {:.3f} y {:.3f} z {:.3f} m, yaw {:.2f} deg, tilt {:.2f} deg; {} pairs of things (--json lists them)",
+      z.accepted ? "accepted" : "refused", z.reason, z.score, z.threshold, z.runner_up, t.x(), t.y(), t.z(),
+      yaw * 180 / M_PI, tilt * 180 / M_PI, z.pairs.size());
+}
+
+int alignStored(const Options& o) {
+  const Result<StoredMap> a = loadMap(o.map), b = loadMap(o.map_b);
+  if (!a || !b) {
+    return fail(!a ? a.error : b.error);
+  }
+  std::vector<SimilarClasses> similar;
+  if (!o.classes.empty()) {
+    const Result<ClassTable> classes = ClassTable::load(o.classes);
+    if (!classes) {
+      return fail(classes.error);
+    }
+    similar = classes->similar();
+  }
+  const auto begin = std::chrono::steady_clock::now();
+  const ZeroShot found = alignMaps(a->map, b->map, similar);
+  const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  fmt::print("{}\n", o.json ? alignmentJson(found, ms) : describe(found));
+  return found.accepted ? kDone : kNo;
+}
+
 /// Defines the command line; `action` is set to the chosen subcommand's function.
 void defineCommands(CLI::App& app, Options& o, std::function<int()>& action) {
   app.require_subcommand(1);
@@ -244,10 +297,20 @@ void defineCommands(CLI::App& app, Options& o, std::function<int()>& action) {
   exporter->footer("Example:\n  hggmap export maps/drive/map.hgg --format json -o drive.json");
   exporter->callback([&] { action = [&] { return exportMap(o); }; });
 
-  CLI::App* describe = app.add_subcommand("info", "Say what is in a map");
-  describe->add_option("MAP", o.map, "map.hgg")->required();
-  describe->footer("Example:\n  hggmap info maps/drive/map.hgg");
-  describe->callback([&] { action = [&] { return info(o); }; });
+  CLI::App* aligner = app.add_subcommand("align", "Lay one map over another, without any initial pose");
+  aligner->add_option("A", o.map, "map.hgg whose frame is kept")->required();
+  aligner->add_option("B", o.map_b, "map.hgg to lay over it")->required();
+  aligner->add_flag("--json", o.json, "one line of JSON: accepted, T_a_b, score, threshold, pairs, reason");
+  aligner->add_option("--classes", o.classes, "class table whose [[similar]] entries say which classes may be one");
+  aligner->footer(
+      "Exit status: 0 accepted, 1 refused, 2 bad input. T_a_b takes coordinates of B to those of A.\n"
+      "Example:\n  hggmap align maps/monday/map.hgg maps/friday/map.hgg --json");
+  aligner->callback([&] { action = [&] { return alignStored(o); }; });
+
+  CLI::App* information = app.add_subcommand("info", "Say what is in a map");
+  information->add_option("MAP", o.map, "map.hgg")->required();
+  information->footer("Example:\n  hggmap info maps/drive/map.hgg");
+  information->callback([&] { action = [&] { return info(o); }; });
 }
 
 }  // namespace

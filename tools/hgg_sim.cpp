@@ -66,6 +66,9 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
   app.add_option("--seed", args.sim.options.seed, "varies placement and noise")
       ->check(kNotNegative)
       ->capture_default_str();
+  app.add_option("--noise-seed", args.sim.noise_seed,
+                 "another drive through the same world: varies noise alone [--seed]")
+      ->check(kNotNegative);
   app.add_option("--frames", args.sim.options.frames, "how many; 0: the world's whole tour")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();

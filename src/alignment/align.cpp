@@ -15,18 +15,6 @@ constexpr double kLoosest = 5;       // m
 /// Leaves of a frame share its errors: each counts as this share of an independent one.
 constexpr double kLeafShare = 0.3;
 
-/// Where on its surface a leaf has its mean is chance, so the flatter a leaf is the less it says along its surface:
-/// lambda_k^3 / lambda_min^2 keeps the thickness of a plane and the extent of a ball.
-Mat3 loosened(const Mat3& cov) {
-  const Eigen3 e = eigenSymmetric(withFloor(cov, kLeafNoise));
-  Vec3 variances;
-  for (int k = 0; k < 3; ++k) {
-    const double flatness = e.values[k] / e.values[0];
-    variances[k] = std::min(e.values[k] * flatness * flatness, std::max(kLoosest * kLoosest, e.values[k]));
-  }
-  return e.vectors * variances.asDiagonal() * e.vectors.transpose();
-}
-
 std::vector<GaussianPair> objectGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                           double sigma_floor) {
   std::vector<GaussianPair> gaussians;
@@ -112,6 +100,16 @@ Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
 }
 
 }  // namespace
+
+Mat3 loosened(const Mat3& cov) {
+  const Eigen3 e = eigenSymmetric(withFloor(cov, kLeafNoise));
+  Vec3 variances;
+  for (int k = 0; k < 3; ++k) {
+    const double flatness = e.values[k] / e.values[0];
+    variances[k] = std::min(e.values[k] * flatness * flatness, std::max(kLoosest * kLoosest, e.values[k]));
+  }
+  return e.vectors * variances.asDiagonal() * e.vectors.transpose();
+}
 
 Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config) {
   Alignment alignment;

@@ -22,4 +22,9 @@ struct Alignment {
 /// edges, then over the leaves of matched objects. `prior` is what odometry predicts.
 Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config);
 
+/// The covariance a leaf is matched under, of its own: where on its surface a leaf has its mean is chance, so the
+/// flatter it is the less it says along its surface. lambda_k^3 / lambda_min^2 keeps the thickness of a plane and the
+/// extent of a ball.
+Mat3 loosened(const Mat3& cov);
+
 }  // namespace hgg

@@ -15,7 +15,7 @@ namespace {
 constexpr double kMinRadius = 0.02, kMaxRadius = 20;
 constexpr std::size_t kMaxNameBytes = 200;  // what every message and file format carries
 
-/// Reads one [[class]] entry, collecting every complaint.
+/// Reads one [[class]] or [[similar]] entry, collecting every complaint.
 class EntryReader {
  public:
   EntryReader(const toml::table& table, std::string where, std::vector<std::string>& errors)
@@ -122,6 +122,37 @@ Entry readEntry(EntryReader& reader) {
   return entry;
 }
 
+SimilarClasses readSimilar(EntryReader& reader) {
+  SimilarClasses similar;
+  similar.a = reader.get<std::string>("a", true).value_or("");
+  similar.b = reader.get<std::string>("b", true).value_or("");
+  const auto similarity = reader.get<double>("similarity", true);
+  reader.rejectUnknownKeys();
+  similar.similarity = similarity.value_or(1);
+  if (!(similar.similarity > 0 && similar.similarity <= 1)) {
+    reader.complain("similarity must be above 0 and at most 1");
+  }
+  return similar;
+}
+
+/// All [[similar]] entries.
+std::vector<SimilarClasses> readSimilarClasses(const toml::table& table, const std::string& source_name,
+                                               std::vector<std::string>& errors) {
+  std::vector<SimilarClasses> similar;
+  const toml::node* node = table.get("similar");
+  const toml::array* entries = node == nullptr ? nullptr : node->as_array();
+  if (node != nullptr && (entries == nullptr || !entries->is_homogeneous(toml::node_type::table))) {
+    errors.push_back(source_name + ": 'similar' must be an array of tables");
+    return similar;
+  }
+  for (std::size_t i = 0; entries != nullptr && i < entries->size(); ++i) {
+    const toml::table& entry = *entries->get(i)->as_table();
+    EntryReader reader(entry, fmt::format("{}:{}: [[similar]]", source_name, entry.source().begin.line), errors);
+    similar.push_back(readSimilar(reader));
+  }
+  return similar;
+}
+
 }  // namespace
 
 std::string ClassTable::name(ClassId label) const {
@@ -137,9 +168,9 @@ Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::st
   }
   std::vector<std::string> errors;
   for (const auto& [key, value] : parsed.table()) {
-    if (key.str() != "class") {
-      errors.push_back(
-          fmt::format("{}: unknown key '{}' (a class table holds [[class]] entries only)", source_name, key.str()));
+    if (key.str() != "class" && key.str() != "similar") {
+      errors.push_back(fmt::format("{}: unknown key '{}' (a class table holds [[class]] and [[similar]] entries only)",
+                                   source_name, key.str()));
     }
   }
   const toml::array* entries = parsed.table()["class"].as_array();
@@ -168,6 +199,7 @@ Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::st
       }
     }
   }
+  table.similar_ = readSimilarClasses(parsed.table(), source_name, errors);
   if (!errors.empty()) {
     return Result<ClassTable>::fail(join(errors, "\n"));
   }

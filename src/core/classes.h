@@ -21,6 +21,12 @@ struct ClassInfo {
   int min_points = 0;         // clusters (or tiles) below this many points are dropped
 };
 
+/// Two classes that different segmenters, or one on a bad day, may call the same thing.
+struct SimilarClasses {
+  std::string a, b;       // names; of this table or of another's
+  double similarity = 0;  // above 0, at most 1
+};
+
 /// Label id -> class; labels that fold (moving-car -> car) answer with the class they fold into.
 class ClassTable {
  public:
@@ -30,6 +36,7 @@ class ClassTable {
   }
   const std::vector<ClassInfo>& classes() const { return classes_; }  // in the order of the file
   std::string name(ClassId label) const;                              // "class 17" when unknown
+  const std::vector<SimilarClasses>& similar() const { return similar_; }
 
   static Result<ClassTable> parse(const std::string& toml_text, const std::string& source_name);
   static Result<ClassTable> load(const std::string& path);
@@ -38,6 +45,7 @@ class ClassTable {
 
  private:
   std::vector<ClassInfo> classes_;
+  std::vector<SimilarClasses> similar_;
   std::vector<std::int32_t> by_label_ = std::vector<std::int32_t>(65536, -1);
 };
 

@@ -103,6 +103,7 @@ Result<Scene> sceneOf(const SimArguments& arguments) {
 Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene) {
   using Options = Result<SimOptions>;
   SimOptions options = arguments.options;
+  options.seed = arguments.noise_seed.value_or(options.seed);
   const auto suite = suiteOf(arguments.sensor, arguments.cameras.value_or(kRigCameras), scene.label_space == "indoor");
   if (!suite) return Options::fail("there is no sensor \"" + arguments.sensor + "\": hgg-sim --list names them");
   const std::string unused = unusedArgument(arguments, *suite, scene);

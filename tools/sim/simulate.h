@@ -21,8 +21,8 @@ struct SensorSuite {
 };
 
 struct SimOptions {
-  std::uint64_t seed = 1;
-  int frames = 0;  // 0: the scene's whole tour
+  std::uint64_t seed = 1;  // of the noise; the scene has its own
+  int frames = 0;          // 0: the scene's whole tour
   double rate_hz = 10.0;
   SensorSuite sensors;
   LabelErrors cloud_labels, image_labels;

@@ -1,0 +1,174 @@
+#include "alignment/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hgg {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kThingFound = 0.7;     // a thing is in another map that has surveyed its place, this often
+constexpr double kSurfaceFound = 0.8;   // likewise a surface of stuff
+constexpr double kOn = 0.3;             // reaches: surfaces this near across are one
+constexpr double kGate = 9;             // squared standard deviations between matched things
+constexpr double kAround = 10;          // m, neighbourhood that says how common a class of things is
+constexpr std::size_t kWeighed = 1500;  // surfaces of stuff of each map, spread evenly
+constexpr std::size_t kProbes = 400;    // of those, looked at in displaced places
+constexpr int kDirections = 8;
+
+double square(double x) { return x * x; }
+
+/// What one map says of a surface of the other.
+enum class Word : std::uint8_t { kUnseen, kThere, kMissing };
+
+/// One map looking for what the other holds.
+struct Search {
+  const Comparison& c;
+  bool of_b;  // looks in a for what b holds, else the other way round
+  Pose T_in_of;
+
+  const MapView& of() const { return of_b ? c.b : c.a; }
+  const MapView& in() const { return of_b ? c.a : c.b; }
+  bool areLike(ClassId label_of, ClassId label_in) const {
+    return of_b ? c.areLike(label_in, label_of) : c.areLike(label_of, label_in);
+  }
+  Word wordOn(const Surface& s, std::vector<std::size_t>& near) const;
+};
+
+Word Search::wordOn(const Surface& s, std::vector<std::size_t>& near) const {
+  const Vec3 p = T_in_of * s.mean, normal = T_in_of.linear() * s.normal;
+  (of_b ? *c.index_a : *c.index_b).near(p, near);
+  for (const std::size_t i : near) {
+    const Surface& other = in().surfaces[i];
+    const Vec3 d = p - other.mean;
+    const double across = std::min(std::abs(d.dot(normal)), std::abs(d.dot(other.normal)));
+    if (across < kOn * c.reach && areLike(s.label, other.label)) {
+      return Word::kThere;
+    }
+  }
+  return near.empty() ? Word::kUnseen : Word::kMissing;
+}
+
+/// One a thing: the share of its leaves that the other map has surveyed and lacks.
+std::vector<double> missedShares(const Search& search) {
+  std::vector<double> shares;
+  std::vector<std::size_t> near;
+  const MapView& of = search.of();
+  for (const std::size_t node : of.things) {
+    const auto [first, last] = of.surfaces_of[node];
+    double missed = 0;
+    for (std::size_t k = first; k < last; ++k) {
+      missed += search.wordOn(of.surfaces[k], near) == Word::kMissing ? 1 : 0;
+    }
+    shares.push_back(last > first ? missed / static_cast<double>(last - first) : 0);
+  }
+  return shares;
+}
+
+/// Things of a like one of b around a place, a square metre: how easily one is there by chance.
+double densityAround(const Comparison& c, const Vec3& p_a, ClassId label_b) {
+  const auto count = std::count_if(c.a.landmarks.begin(), c.a.landmarks.end(), [&](const Landmark& l) {
+    return c.areLike(l.label, label_b) && (l.mean - p_a).head<2>().norm() < kAround;
+  });
+  return static_cast<double>(count) / (kPi * square(kAround));
+}
+
+void weighThings(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches,
+                 PlaceEvidence& evidence) {
+  std::vector<double> missed_a = missedShares({c, false, T_a_b.inverse()});
+  std::vector<double> missed_b = missedShares({c, true, T_a_b});
+  for (const Candidate& m : matches) {
+    const auto i = static_cast<std::size_t>(m.row), j = static_cast<std::size_t>(m.column);
+    const Landmark &la = c.a.landmarks[i], &lb = c.b.landmarks[j];
+    const double variance = square(la.sigma) + square(lb.sigma);
+    const double chance = std::min(1.0, 2 * kPi * variance * densityAround(c, la.mean, lb.label));
+    evidence.thing_odds += std::log(kThingFound / chance) - 0.5 * m.cost;
+    if (la.label != lb.label) {
+      evidence.thing_odds += std::log(c.similarity(la.label, lb.label));
+    }
+    missed_a[i] = missed_b[j] = 0;
+  }
+  evidence.things_matched = static_cast<int>(matches.size());
+  for (const std::vector<double>& missed : {missed_a, missed_b}) {
+    for (const double share : missed) {
+      evidence.things_missed += share;
+    }
+  }
+  evidence.thing_odds += evidence.things_missed * std::log(1 - kThingFound);
+}
+
+/// Of some upright surfaces of stuff: how many the other map has surveyed, how many of these it has, and how many nodes
+/// the former belong to. Surfaces of a node are not independent: a node counts as one.
+struct Count {
+  int seen = 0, there = 0, nodes = 0;
+  double share() const { return seen > 0 ? static_cast<double>(there) / seen : 0; }
+};
+
+void countSurfaces(const Search& search, std::size_t at_most, Count& count) {
+  const MapView& of = search.of();
+  const std::size_t stride = 1 + of.surfaces.size() / at_most;
+  std::vector<std::size_t> near;
+  for (std::size_t n = 0; n < of.nodes.size(); ++n) {
+    const auto [first, last] = of.surfaces_of[n];
+    const int seen_before = count.seen;
+    for (std::size_t k = (first + stride - 1) / stride * stride; k < last && of.nodes[n]->stuff; k += stride) {
+      const Word word = of.surfaces[k].is_level ? Word::kUnseen : search.wordOn(of.surfaces[k], near);
+      count.seen += word != Word::kUnseen ? 1 : 0;
+      count.there += word == Word::kThere ? 1 : 0;
+    }
+    count.nodes += count.seen > seen_before ? 1 : 0;
+  }
+}
+
+/// The share that is found at displacements of a few reaches: a street goes on, and so do its façades.
+double chanceShare(const Comparison& c, const Pose& T_a_b) {
+  Count count;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2 * kPi * k / kDirections;
+    Pose T = T_a_b;
+    T.translation() += (k % 2 == 0 ? 3 : 5) * c.reach * Vec3(std::cos(angle), std::sin(angle), 0);
+    countSurfaces({c, true, T}, kProbes, count);
+  }
+  return count.share();
+}
+
+void weighSurfaces(const Comparison& c, const Pose& T_a_b, PlaceEvidence& evidence) {
+  Count count;
+  countSurfaces({c, false, T_a_b.inverse()}, kWeighed, count);
+  countSurfaces({c, true, T_a_b}, kWeighed, count);
+  evidence.surfaces_seen = count.seen;
+  evidence.surface_share = count.share();
+  evidence.chance_share = chanceShare(c, T_a_b);
+  const double chance = std::clamp(evidence.chance_share, 0.05, kSurfaceFound - 0.05);
+  const double gain = evidence.surface_share * std::log(kSurfaceFound / chance) +
+                      (1 - evidence.surface_share) * std::log((1 - kSurfaceFound) / (1 - chance));
+  evidence.surface_odds = 0.5 * count.nodes * gain;  // both maps see the same surfaces: half of them are news
+}
+
+}  // namespace
+
+std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b) {
+  std::vector<Candidate> candidates;
+  for (std::size_t j = 0; j < c.b.landmarks.size(); ++j) {
+    const Landmark& lb = c.b.landmarks[j];
+    const Vec3 p = T_a_b * lb.mean;
+    for (std::size_t i = 0; i < c.a.landmarks.size(); ++i) {
+      const Landmark& la = c.a.landmarks[i];
+      const double cost = (p - la.mean).squaredNorm() / (square(la.sigma) + square(lb.sigma));
+      if (cost < kGate && c.areLike(la.label, lb.label)) {
+        candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});
+      }
+    }
+  }
+  return assignSparse(candidates, kGate);
+}
+
+PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches) {
+  PlaceEvidence evidence;
+  weighThings(c, T_a_b, matches, evidence);
+  weighSurfaces(c, T_a_b, evidence);
+  return evidence;
+}
+
+}  // namespace hgg

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "alignment/assignment.h"
+#include "alignment/comparison.h"
+
+namespace hgg {
+
+/// What speaks for and against a transform between two maps, where both have surveyed. Odds are logarithms (nats) of
+/// how much likelier it is if the place is the same than if it is another.
+struct PlaceEvidence {
+  int things_matched = 0;    // pairs
+  double things_missed = 0;  // things of either map that the other has surveyed and lacks, by their share of leaves
+  double thing_odds = 0;
+  int surfaces_seen = 0;     // leaves of stuff that stand upright, of either map, that the other has surveyed
+  double surface_share = 0;  // of them with a like surface of the other map on them
+  double chance_share = 0;   // the same a few metres beside: what a wrong transform would get
+  double surface_odds = 0;
+
+  double odds() const { return thing_odds + surface_odds; }
+};
+
+/// One-to-one pairs of like things (row in a, column in b) at a transform, within three standard deviations.
+std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b);
+
+/// Weighs a transform.
+///   things:   a match ln(found / chance of such a thing of a there) - d^2 / 2; a miss, by its share, ln(1 - found)
+///   surfaces: per node s ln(found / chance) + (1 - s) ln((1 - found) / (1 - chance)), s being the share found
+PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches);
+
+}  // namespace hgg

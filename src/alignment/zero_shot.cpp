@@ -1,0 +1,203 @@
+#include "alignment/zero_shot.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace hgg {
+namespace {
+
+constexpr std::size_t kMaxCandidates = 6000;
+constexpr std::size_t kPlaces = 8;  // registered and weighed
+constexpr double kDegree = std::numbers::pi / 180;
+constexpr double kTilt = 2.5 * kDegree;  // of either map, standard deviation
+constexpr double kRobustScale = 2;       // standard deviations
+constexpr std::size_t kMostSurfaces = 1200;
+/// Surfaces share the errors of their maps: together they count as this many independent ones.
+constexpr double kEffectiveSurfaces = 400;
+constexpr double kOddsAgainst = 1000;  // a wrong place is accepted once in so many pairs of maps, at most
+constexpr double kClearlyWorse = 0.5;  // of the best score
+constexpr double kMaxDeviation = 0.3;  // m
+constexpr double kMaxTurnDeviation = 1.0 * kDegree;
+
+double square(double x) { return x * x; }
+
+/// A place that was registered and weighed.
+struct Place {
+  Registration found;
+  std::vector<Candidate> matches;
+  PlaceEvidence evidence;
+};
+
+// ------------------------------------------------------------------------------------------------ registration
+
+/// Yaw and translation free (but for what keeps the system regular).
+PoseBelief uprightPrior(const Pose& T) {
+  PoseBelief prior;
+  prior.T_map_body = T;
+  prior.information.diagonal() << 1e-6, 1e-6, 1e-6, square(1 / kTilt), square(1 / kTilt), 1e-6;
+  return prior;
+}
+
+/// Things by where they are; their extents depend on the view.
+GaussianPair thingGaussian(const Landmark& a, const Landmark& b, double weight) {
+  return {b.mean, square(b.sigma) / weight * Mat3::Identity(), a.mean, square(a.sigma) / weight * Mat3::Identity()};
+}
+
+/// Surfaces of b, evenly spread, with the nearest like one of a within `gate`. `slack` is how far off they may still
+/// be, on top of their own extent.
+std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const Pose& T_a_b, double gate, double slack) {
+  const SurfaceIndex index(c.a.surfaces, gate);
+  const std::size_t stride = 1 + c.b.surfaces.size() / kMostSurfaces;
+  std::vector<GaussianPair> pairs;
+  std::vector<std::size_t> near;
+  for (std::size_t k = 0; k < c.b.surfaces.size(); k += stride) {
+    const Surface& b = c.b.surfaces[k];
+    const Vec3 p = T_a_b * b.mean;
+    const Surface* nearest = nullptr;
+    index.near(p, near);
+    for (const std::size_t i : near) {
+      const Surface& a = c.a.surfaces[i];
+      if (c.areLike(a.label, b.label) &&
+          (nearest == nullptr || (a.mean - p).squaredNorm() < (nearest->mean - p).squaredNorm())) {
+        nearest = &a;
+      }
+    }
+    if (nearest != nullptr) {
+      pairs.push_back({b.mean, b.cov, nearest->mean, nearest->cov + square(slack) * Mat3::Identity()});
+    }
+  }
+  return pairs;
+}
+
+/// Things alone, then things and surfaces through a gate that closes.
+Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
+  const PoseBelief prior = uprightPrior(hypothesis.T_a_b);
+  std::vector<GaussianPair> things;
+  for (const Match& m : hypothesis.clique) {
+    things.push_back(
+        thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.a)], c.b.landmarks[static_cast<std::size_t>(m.b)], 1));
+  }
+  Registration found = registerPairs(things, 1, prior, hypothesis.T_a_b, kRobustScale);
+  for (const double gate : {2.0, 1.0, 1.0, 1.0}) {
+    auto pairs = surfaceGaussians(c, found.T_map_body, gate * c.reach, (gate > 1 ? 0.5 : 0.05) * c.reach);
+    const double weight = std::min(1.0, kEffectiveSurfaces / static_cast<double>(pairs.size() + 1));
+    for (const Candidate& m : matchThings(c, found.T_map_body)) {
+      pairs.push_back(thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.row)],
+                                    c.b.landmarks[static_cast<std::size_t>(m.column)], 1 / weight));
+    }
+    found = registerPairs(pairs, weight, prior, found.T_map_body, kRobustScale);
+  }
+  return found;
+}
+
+// ------------------------------------------------------------------------------------------------ verdict
+
+std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candidates) {
+  std::vector<Place> places;
+  for (const Hypothesis& hypothesis : findHypotheses(c.a.landmarks, c.b.landmarks, candidates, kPlaces)) {
+    Place place;
+    place.found = registerPlace(c, hypothesis);
+    place.matches = matchThings(c, place.found.T_map_body);
+    place.evidence = weighPlace(c, place.found.T_map_body, place.matches);
+    places.push_back(std::move(place));
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& p, const Place& q) { return p.evidence.odds() > q.evidence.odds(); });
+  return places;
+}
+
+/// Standard deviations in the directions least known: translation at the centre of map b (m) and turn (rad).
+std::pair<double, double> worstDeviations(const Registration& found, const Vec3& centre_b) {
+  const Vec3 arm = found.T_map_body.linear() * centre_b;
+  Mat6 at_centre = Mat6::Identity();  // from a change at the centre to the tangent, which is about b's origin
+  at_centre.topRightCorner<3, 3>() << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  const Mat6 information = at_centre.transpose() * found.information * at_centre + 1e-9 * Mat6::Identity();
+  const Mat6 cov = information.inverse();
+  const auto worst = [](const Mat3& m) {
+    return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat3>(m, Eigen::EigenvaluesOnly).eigenvalues()[2]);
+  };
+  return {worst(cov.topLeftCorner<3, 3>()), worst(cov.bottomRightCorner<3, 3>())};
+}
+
+Vec3 centreOf(const MapView& view) {
+  Vec3 centre = Vec3::Zero();
+  for (const Landmark& l : view.landmarks) {
+    centre += l.mean / static_cast<double>(view.landmarks.size());
+  }
+  return centre;
+}
+
+/// Why the best place is not to be trusted; empty when it is.
+std::string objection(const ZeroShot& z, const std::pair<double, double>& deviations) {
+  const PlaceEvidence& e = z.evidence;
+  if (z.score <= z.threshold) {
+    return fmt::format(
+        "too little agrees: {} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",
+        e.things_matched, e.things_missed, 100 * e.surface_share, 100 * e.chance_share);
+  }
+  if (e.thing_odds <= 0) {
+    return fmt::format("the things speak against it: {} matched, {:.1f} missed", e.things_matched, e.things_missed);
+  }
+  if (e.surface_odds < 0) {
+    return fmt::format("the surfaces speak against it: {:.0f} % found, {:.0f} % by chance", 100 * e.surface_share,
+                       100 * e.chance_share);
+  }
+  if (z.runner_up >= kClearlyWorse * z.score) {
+    return fmt::format("ambiguous: another place scores {:.1f}", z.runner_up);
+  }
+  if (deviations.first > kMaxDeviation || deviations.second > kMaxTurnDeviation) {
+    return fmt::format("degenerate: known to {:.2f} m and {:.2f} degrees only", deviations.first,
+                       deviations.second / kDegree);
+  }
+  return "";
+}
+
+/// ln of the places that were looked at: every two candidates make one.
+double lnPlaces(std::size_t candidates) {
+  const auto n = static_cast<double>(candidates);
+  return std::log(std::max(1.0, 0.5 * n * (n - 1)));
+}
+
+}  // namespace
+
+ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar) {
+  ZeroShot result;
+  const Comparison c(a, b, similar);
+  const auto candidates = candidateMatches(c.a.landmarks, c.b.landmarks, c.similarity, kMaxCandidates);
+  result.threshold = lnPlaces(candidates.size()) + std::log(kOddsAgainst);
+  const std::vector<Place> places = c.reach > 0 ? findPlaces(c, candidates) : std::vector<Place>();
+  if (places.empty()) {
+    result.reason = fmt::format("no two things in common: {} and {} things, {} pairs of like class and size",
+                                c.a.things.size(), c.b.things.size(), candidates.size());
+    return result;
+  }
+  const Place& best = places.front();
+  const Vec3 centre_b = centreOf(c.b);
+  for (const Place& place : places) {
+    if (areDistinct(place.found.T_map_body, best.found.T_map_body, centre_b)) {
+      result.runner_up = std::max(result.runner_up, place.evidence.odds());
+    }
+  }
+  result.T_a_b = best.found.T_map_body;
+  result.information = best.found.information;
+  result.score = best.evidence.odds();
+  result.evidence = best.evidence;
+  for (const Candidate& m : best.matches) {
+    result.pairs.emplace_back(c.a.nodes[c.a.things[static_cast<std::size_t>(m.row)]]->id,
+                              c.b.nodes[c.b.things[static_cast<std::size_t>(m.column)]]->id);
+  }
+  result.reason = objection(result, worstDeviations(best.found, centre_b));
+  result.accepted = result.reason.empty();
+  if (result.accepted) {
+    result.reason = fmt::format("{} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",
+                                best.evidence.things_matched, best.evidence.things_missed,
+                                100 * best.evidence.surface_share, 100 * best.evidence.chance_share);
+  }
+  return result;
+}
+
+}  // namespace hgg

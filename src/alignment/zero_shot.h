@@ -1,0 +1,34 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "alignment/evidence.h"
+#include "alignment/registration.h"
+#include "core/classes.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// What aligning two maps came to, accepted or not.
+struct ZeroShot {
+  bool accepted = false;
+  Pose T_a_b = Pose::Identity();                 // maps b's coordinates into a's: of the best place, if there is any
+  Mat6 information = Mat6::Zero();               // of it, what the pairs say; tangent as in PoseBelief
+  std::vector<std::pair<NodeId, NodeId>> pairs;  // matched things (a, b), ascending by a
+  double score = 0;      // nats: how much likelier the two maps are of one place that lies so, than of two places
+  double threshold = 0;  // nats: ln of the places looked at, and ln 1000
+  double runner_up = 0;  // nats: score of the best place elsewhere; 0 at least
+  PlaceEvidence evidence;
+  std::string reason;
+};
+
+/// Aligns map b with map a, both upright to 5 degrees, without any initial pose: cliques of consistent pairs of things
+/// give places to look at; each is registered coarse to fine and weighed by all that both maps have surveyed. Accepted
+/// when the best one's score is above the threshold and twice that of any other, neither things nor surfaces speak
+/// against it, and the pairs hold it in every direction.
+ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar = {});
+
+}  // namespace hgg
