@@ -224,7 +224,7 @@ std::string alignmentJson(const ZeroShot& z, double ms) {
   }
   const PlaceEvidence& e = z.evidence;
   const nlohmann::ordered_json evidence{{"things_matched", e.things_matched}, {"things_missed", e.things_missed},
-                                        {"thing_odds", e.thing_odds},         {"surfaces_seen", e.surfaces_seen},
+                                        {"thing_odds", e.thing_odds},         {"overlap", e.overlap},
                                         {"surface_share", e.surface_share},   {"chance_share", e.chance_share},
                                         {"surface_odds", e.surface_odds},     {"runner_up", z.runner_up}};
   const nlohmann::ordered_json answer{

@@ -76,6 +76,19 @@ Relabelling relabel(const std::map<ClassId, std::string>& names_a, const std::ma
   return relabelling;
 }
 
+/// Views against those of the usual thing of the map: what labels made up for a frame or two has fewer.
+std::vector<double> trustIn(const std::vector<const MapNode*>& nodes, const std::vector<std::size_t>& things) {
+  std::vector<double> views;
+  for (const std::size_t t : things) {
+    views.push_back(nodes[t]->views);
+  }
+  const double usual = std::max(medianOf(views), 1.0);
+  for (double& v : views) {
+    v = std::min(v / usual, 1.0);
+  }
+  return views;
+}
+
 MapView viewOf(const Map& map, const Relabelling& relabelling) {
   MapView view;
   std::vector<double> sizes;
@@ -95,6 +108,7 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
     }
     view.surfaces_of.emplace_back(first, view.surfaces.size());
   }
+  view.trust = trustIn(view.nodes, view.things);
   view.grain = medianOf(std::move(sizes));
   return view;
 }

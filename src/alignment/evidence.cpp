@@ -9,11 +9,10 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kThingFound = 0.7;     // a thing is in another map that has surveyed its place, this often
-constexpr double kSurfaceFound = 0.8;   // likewise a surface of stuff
 constexpr double kOn = 0.3;             // reaches: surfaces this near across are one
 constexpr double kGate = 9;             // squared standard deviations between matched things
 constexpr double kAround = 10;          // m, neighbourhood that says how common a class of things is
-constexpr std::size_t kWeighed = 1500;  // surfaces of stuff of each map, spread evenly
+constexpr std::size_t kWeighed = 1500;  // surfaces of each map, spread evenly
 constexpr std::size_t kProbes = 400;    // of those, looked at in displaced places
 constexpr int kDirections = 8;
 
@@ -50,18 +49,18 @@ Word Search::wordOn(const Surface& s, std::vector<std::size_t>& near) const {
   return near.empty() ? Word::kUnseen : Word::kMissing;
 }
 
-/// One a thing: the share of its leaves that the other map has surveyed and lacks.
+/// One a thing: the share of its leaves that the other map has surveyed and lacks, by how far it is to be trusted.
 std::vector<double> missedShares(const Search& search) {
   std::vector<double> shares;
   std::vector<std::size_t> near;
   const MapView& of = search.of();
-  for (const std::size_t node : of.things) {
-    const auto [first, last] = of.surfaces_of[node];
+  for (std::size_t t = 0; t < of.things.size(); ++t) {
+    const auto [first, last] = of.surfaces_of[of.things[t]];
     double missed = 0;
     for (std::size_t k = first; k < last; ++k) {
       missed += search.wordOn(of.surfaces[k], near) == Word::kMissing ? 1 : 0;
     }
-    shares.push_back(last > first ? missed / static_cast<double>(last - first) : 0);
+    shares.push_back(last > first ? of.trust[t] * missed / static_cast<double>(last - first) : 0);
   }
   return shares;
 }
@@ -98,52 +97,67 @@ void weighThings(const Comparison& c, const Pose& T_a_b, const std::vector<Candi
   evidence.thing_odds += evidence.things_missed * std::log(1 - kThingFound);
 }
 
-/// Of some upright surfaces of stuff: how many the other map has surveyed, how many of these it has, and how many nodes
-/// the former belong to. Surfaces of a node are not independent: a node counts as one.
+/// Of some upright surfaces: how many the other map has surveyed; of those of stuff, how many of these it has, and how
+/// many nodes these belong to. Surfaces of a node are not independent: a node counts as one.
 struct Count {
-  int seen = 0, there = 0, nodes = 0;
-  double share() const { return seen > 0 ? static_cast<double>(there) / seen : 0; }
+  int all = 0, seen = 0, stuff_seen = 0, stuff_there = 0, stuff_nodes = 0;
+  double seenShare() const { return all > 0 ? static_cast<double>(seen) / all : 0; }
 };
 
-void countSurfaces(const Search& search, std::size_t at_most, Count& count) {
+Count countSurfaces(const Search& search, std::size_t at_most) {
   const MapView& of = search.of();
   const std::size_t stride = 1 + of.surfaces.size() / at_most;
+  Count count;
   std::vector<std::size_t> near;
   for (std::size_t n = 0; n < of.nodes.size(); ++n) {
     const auto [first, last] = of.surfaces_of[n];
-    const int seen_before = count.seen;
-    for (std::size_t k = (first + stride - 1) / stride * stride; k < last && of.nodes[n]->stuff; k += stride) {
-      const Word word = of.surfaces[k].is_level ? Word::kUnseen : search.wordOn(of.surfaces[k], near);
-      count.seen += word != Word::kUnseen ? 1 : 0;
-      count.there += word == Word::kThere ? 1 : 0;
+    const bool is_stuff = of.nodes[n]->stuff;
+    const int seen_before = count.stuff_seen;
+    for (std::size_t k = (first + stride - 1) / stride * stride; k < last; k += stride) {
+      if (!of.surfaces[k].is_level) {
+        const Word word = search.wordOn(of.surfaces[k], near);
+        count.all += 1;
+        count.seen += word != Word::kUnseen ? 1 : 0;
+        count.stuff_seen += is_stuff && word != Word::kUnseen ? 1 : 0;
+        count.stuff_there += is_stuff && word == Word::kThere ? 1 : 0;
+      }
     }
-    count.nodes += count.seen > seen_before ? 1 : 0;
+    count.stuff_nodes += count.stuff_seen > seen_before ? 1 : 0;
   }
+  return count;
 }
+
+double shareOf(int there, int seen) { return static_cast<double>(there) / std::max(seen, 1); }
 
 /// The share that is found at displacements of a few reaches: a street goes on, and so do its façades.
 double chanceShare(const Comparison& c, const Pose& T_a_b) {
-  Count count;
+  int seen = 0, there = 0;
   for (int k = 0; k < kDirections; ++k) {
     const double angle = 2 * kPi * k / kDirections;
     Pose T = T_a_b;
     T.translation() += (k % 2 == 0 ? 3 : 5) * c.reach * Vec3(std::cos(angle), std::sin(angle), 0);
-    countSurfaces({c, true, T}, kProbes, count);
+    const Count count = countSurfaces({c, true, T}, kProbes);
+    seen += count.stuff_seen, there += count.stuff_there;
   }
-  return count.share();
+  return shareOf(there, seen);
+}
+
+/// n KL(share || chance), negative where the share is below chance.
+double surpriseOf(double n, double share, double chance) {
+  const double s = std::clamp(share, 0.01, 0.99), q = std::clamp(chance, 0.01, 0.99);
+  const double divergence = s * std::log(s / q) + (1 - s) * std::log((1 - s) / (1 - q));
+  return s > q ? n * divergence : -n * divergence;
 }
 
 void weighSurfaces(const Comparison& c, const Pose& T_a_b, PlaceEvidence& evidence) {
-  Count count;
-  countSurfaces({c, false, T_a_b.inverse()}, kWeighed, count);
-  countSurfaces({c, true, T_a_b}, kWeighed, count);
-  evidence.surfaces_seen = count.seen;
-  evidence.surface_share = count.share();
+  const Count a = countSurfaces({c, false, T_a_b.inverse()}, kWeighed);
+  const Count b = countSurfaces({c, true, T_a_b}, kWeighed);
+  evidence.overlap = std::max(a.seenShare(), b.seenShare());
+  evidence.surface_share = shareOf(a.stuff_there + b.stuff_there, a.stuff_seen + b.stuff_seen);
   evidence.chance_share = chanceShare(c, T_a_b);
-  const double chance = std::clamp(evidence.chance_share, 0.05, kSurfaceFound - 0.05);
-  const double gain = evidence.surface_share * std::log(kSurfaceFound / chance) +
-                      (1 - evidence.surface_share) * std::log((1 - kSurfaceFound) / (1 - chance));
-  evidence.surface_odds = 0.5 * count.nodes * gain;  // both maps see the same surfaces: half of them are news
+  // Both maps see the same surfaces: half of the nodes are news.
+  evidence.surface_odds =
+      surpriseOf(0.5 * (a.stuff_nodes + b.stuff_nodes), evidence.surface_share, evidence.chance_share);
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "alignment/assignment.h"
@@ -17,8 +18,12 @@ struct PlaceEvidence {
   double surface_share = 0;  // of them with a like surface of the other map on them
   double chance_share = 0;   // the same a few metres beside: what a wrong transform would get
   double surface_odds = 0;
+  double overlap = 0;  // share of its upright leaves of stuff that the other has surveyed, of the smaller map
 
-  double odds() const { return thing_odds + surface_odds; }
+  /// Surfaces go on along a street or a corridor: they do not say more than the things.
+  double odds() const { return thing_odds + std::min(surface_odds, std::max(thing_odds, 0.0)); }
+  /// Share of the things that should be there and are.
+  double thingShare() const { return things_matched / std::max(things_matched + 0.5 * things_missed, 1e-9); }
 };
 
 /// One-to-one pairs of like things (row in a, column in b) at a transform, within three standard deviations.
@@ -26,7 +31,7 @@ std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b);
 
 /// Weighs a transform.
 ///   things:   a match ln(found / chance of such a thing of a there) - d^2 / 2; a miss, by its share, ln(1 - found)
-///   surfaces: per node s ln(found / chance) + (1 - s) ln((1 - found) / (1 - chance)), s being the share found
+///   surfaces: half the nodes seen, times the divergence of the share found from that found by chance
 PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches);
 
 }  // namespace hgg

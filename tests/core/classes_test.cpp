@@ -132,6 +132,23 @@ TEST(ClassTable, SaysWhichFileCannotBeRead) {
   }
 }
 
+TEST(ClassTable, SimilarClassesAreRead) {
+  const std::string classes = "[[class]]\nid = 1\nname = \"chair\"\nkind = \"thing\"\nradius = 0.1\nmin_points = 1\n";
+  const auto table =
+      ClassTable::parse(classes + "[[similar]]\na = \"chair\"\nb = \"armchair\"\nsimilarity = 0.8\n", "t");
+  ASSERT_TRUE(table) << table.error;
+  ASSERT_EQ(table->similar().size(), 1U);
+  EXPECT_EQ(table->similar()[0].a, "chair");
+  EXPECT_EQ(table->similar()[0].b, "armchair");
+  EXPECT_EQ(table->similar()[0].similarity, 0.8);
+  for (const char* bad :
+       {"[[similar]]\na = \"chair\"\nb = \"stool\"\n", "[[similar]]\na = \"chair\"\nb = \"stool\"\nsimilarity = 1.5\n",
+        "[[similar]]\na = \"chair\"\nb = \"stool\"\nsimilarity = 0.0\n",
+        "[[similar]]\na = \"chair\"\nb = \"stool\"\nsimilarity = 0.5\ncolour = 1\n", "similar = 3\n"}) {
+    EXPECT_FALSE(ClassTable::parse(bad + classes, "t")) << bad;
+  }
+}
+
 TEST(ShippedClasses, BuiltinIsSemanticKittiWithMovingClassesFolded) {
   const ClassTable table = ClassTable::builtin();
   const std::pair<ClassId, ClassId> moving[] = {{252, 10}, {253, 31}, {254, 30}, {255, 32},

@@ -38,6 +38,15 @@ TEST(SimOptions, IndoorsALidarLooksUpAndNear) {
   EXPECT_LT(options->sensors.lidar->errors.range_min, optionsOf(yard()).sensors.lidar->errors.range_min);
 }
 
+TEST(SimOptions, TheNoiseHasASeedOfItsOwn) {
+  SimArguments arguments = yard();
+  arguments.options.seed = 7;
+  EXPECT_EQ(optionsOf(arguments).seed, 7U);
+  arguments.noise_seed = 9;
+  EXPECT_EQ(optionsOf(arguments).seed, 9U);
+  EXPECT_EQ(arguments.options.seed, 7U);  // the world's
+}
+
 TEST(SimOptions, ARateOverridesItsPresetAlone) {
   SimArguments arguments = yard();
   arguments.labels = "poor";
