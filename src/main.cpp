@@ -223,10 +223,15 @@ std::string alignmentJson(const ZeroShot& z, double ms) {
     rows.push_back(z.T_a_b.matrix()(k / 4, k % 4));
   }
   const PlaceEvidence& e = z.evidence;
-  const nlohmann::ordered_json evidence{{"things_matched", e.things_matched}, {"things_missed", e.things_missed},
-                                        {"thing_odds", e.thing_odds},         {"overlap", e.overlap},
-                                        {"surface_share", e.surface_share},   {"chance_share", e.chance_share},
-                                        {"surface_odds", e.surface_odds},     {"runner_up", z.runner_up}};
+  const nlohmann::ordered_json evidence{{"things_matched", e.things_matched},
+                                        {"things_missed", e.things_missed},
+                                        {"thing_share", e.thing_share},
+                                        {"thing_odds", e.thing_odds},
+                                        {"overlap", e.overlap},
+                                        {"surface_share", e.surface_share},
+                                        {"chance_share", e.chance_share},
+                                        {"surface_odds", e.surface_odds},
+                                        {"runner_up", z.runner_up}};
   const nlohmann::ordered_json answer{
       {"accepted", z.accepted}, {"T_a_b", rows},      {"score", z.score},     {"threshold", z.threshold},
       {"pairs", z.pairs},       {"reason", z.reason}, {"evidence", evidence}, {"ms", std::round(10 * ms) / 10}};

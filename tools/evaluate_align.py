@@ -223,7 +223,7 @@ def make_drive(args, name, seed, noise):
         if "--path" not in sim:
             sim += ["--odometry", args.odometry]
         run([args.build / "hgg-sim", *sim, "-o", log, "--truth", directory / "truth", "--seed", seed, "--noise-seed", noise,
-             "--threads", args.threads])
+             "--threads", args.threads, "--labels", args.labels])
         rate = float(sim[sim.index("--rate") + 1])
         poses = read_poses(directory / "truth" / "poses.txt")
         objects = json.load(open(directory / "truth" / "gt_objects.json"))
@@ -366,6 +366,7 @@ def main():
     parser.add_argument("--only", choices=WORLDS, action="append", help="this world (may be given again)")
     parser.add_argument("--pairs", type=int, default=60, help="of each kind in each world, at most [60]")
     parser.add_argument("--odometry", default="excellent", help="of the simulated drives [excellent]; --path worlds have their own")
+    parser.add_argument("--labels", default="good", help="of the simulated segmenter [good]; give another --work for another choice")
     parser.add_argument("--threads", type=int, default=2, help="of the simulator [2]")
     parser.add_argument("--quick", action="store_true", help="5 pairs of each kind in each world")
     args = parser.parse_args()

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 
 #include "alignment/align.h"
@@ -76,13 +77,28 @@ Relabelling relabel(const std::map<ClassId, std::string>& names_a, const std::ma
   return relabelling;
 }
 
-/// Views against those of the usual thing of the map: what labels made up for a frame or two has fewer.
+/// The views of the thing that the median view is of: half of all looks at things were at things looked at this often
+/// or more.
+double usualViews(std::vector<double> views) {
+  std::sort(views.begin(), views.end());
+  const double all = std::accumulate(views.begin(), views.end(), 0.0);
+  double sum = 0;
+  for (const double v : views) {
+    sum += v;
+    if (2 * sum >= all) {
+      return std::max(v, 1.0);
+    }
+  }
+  return 1;
+}
+
+/// Views against the usual ones: what labels made up for a frame or two has fewer.
 std::vector<double> trustIn(const std::vector<const MapNode*>& nodes, const std::vector<std::size_t>& things) {
   std::vector<double> views;
   for (const std::size_t t : things) {
     views.push_back(nodes[t]->views);
   }
-  const double usual = std::max(medianOf(views), 1.0);
+  const double usual = usualViews(views);
   for (double& v : views) {
     v = std::min(v / usual, 1.0);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace hgg {
@@ -73,27 +74,54 @@ double densityAround(const Comparison& c, const Vec3& p_a, ClassId label_b) {
   return static_cast<double>(count) / (kPi * square(kAround));
 }
 
+/// What of a class of things was found and missed, by trust.
+struct Tally {
+  double found = 0, missed = 0;
+  double expected() const { return found + 0.5 * missed; }  // what is missed, only one map holds
+};
+
+/// Share of the things that should be there and are; the classes vote by the root of their number. A place that was
+/// refurnished keeps its doors and windows: these are not to speak for the chairs.
+double shareByClass(const std::map<ClassId, Tally>& tallies) {
+  double votes = 0, share = 0;
+  for (const auto& [label, tally] : tallies) {
+    const double expected = tally.expected();
+    votes += std::sqrt(expected);
+    share += expected > 0 ? tally.found / std::sqrt(expected) : 0;
+  }
+  return votes > 0 ? share / votes : 0;
+}
+
+/// What a match is worth, nats, before trust.
+double gainOf(const Comparison& c, const Landmark& a, const Landmark& b, double cost) {
+  const double variance = square(a.sigma) + square(b.sigma);
+  const double chance = std::min(1.0, 2 * kPi * variance * densityAround(c, a.mean, b.label));
+  return std::log(kThingFound * c.similarity(a.label, b.label) / chance) - 0.5 * cost;
+}
+
 void weighThings(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches,
                  PlaceEvidence& evidence) {
   std::vector<double> missed_a = missedShares({c, false, T_a_b.inverse()});
   std::vector<double> missed_b = missedShares({c, true, T_a_b});
+  std::map<ClassId, Tally> tallies;
   for (const Candidate& m : matches) {
     const auto i = static_cast<std::size_t>(m.row), j = static_cast<std::size_t>(m.column);
-    const Landmark &la = c.a.landmarks[i], &lb = c.b.landmarks[j];
-    const double variance = square(la.sigma) + square(lb.sigma);
-    const double chance = std::min(1.0, 2 * kPi * variance * densityAround(c, la.mean, lb.label));
-    evidence.thing_odds += std::log(kThingFound / chance) - 0.5 * m.cost;
-    if (la.label != lb.label) {
-      evidence.thing_odds += std::log(c.similarity(la.label, lb.label));
-    }
+    const double trust = std::sqrt(c.a.trust[i] * c.b.trust[j]);
+    evidence.thing_odds += trust * gainOf(c, c.a.landmarks[i], c.b.landmarks[j], m.cost);
+    tallies[c.a.landmarks[i].label].found += trust;
     missed_a[i] = missed_b[j] = 0;
   }
-  evidence.things_matched = static_cast<int>(matches.size());
-  for (const std::vector<double>& missed : {missed_a, missed_b}) {
-    for (const double share : missed) {
-      evidence.things_missed += share;
-    }
+  for (std::size_t i = 0; i < missed_a.size(); ++i) {
+    tallies[c.a.landmarks[i].label].missed += missed_a[i];
   }
+  for (std::size_t j = 0; j < missed_b.size(); ++j) {
+    tallies[c.b.landmarks[j].label].missed += missed_b[j];
+  }
+  for (const auto& [label, tally] : tallies) {
+    evidence.things_missed += tally.missed;
+  }
+  evidence.things_matched = static_cast<int>(matches.size());
+  evidence.thing_share = shareByClass(tallies);
   evidence.thing_odds += evidence.things_missed * std::log(1 - kThingFound);
 }
 

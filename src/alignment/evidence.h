@@ -13,6 +13,7 @@ namespace hgg {
 struct PlaceEvidence {
   int things_matched = 0;    // pairs
   double things_missed = 0;  // things of either map that the other has surveyed and lacks, by their share of leaves
+  double thing_share = 0;    // of what should be there, what is: mean over the classes of things
   double thing_odds = 0;
   int surfaces_seen = 0;     // leaves of stuff that stand upright, of either map, that the other has surveyed
   double surface_share = 0;  // of them with a like surface of the other map on them
@@ -22,15 +23,14 @@ struct PlaceEvidence {
 
   /// Surfaces go on along a street or a corridor: they do not say more than the things.
   double odds() const { return thing_odds + std::min(surface_odds, std::max(thing_odds, 0.0)); }
-  /// Share of the things that should be there and are.
-  double thingShare() const { return things_matched / std::max(things_matched + 0.5 * things_missed, 1e-9); }
 };
 
 /// One-to-one pairs of like things (row in a, column in b) at a transform, within three standard deviations.
 std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b);
 
 /// Weighs a transform.
-///   things:   a match ln(found / chance of such a thing of a there) - d^2 / 2; a miss, by its share, ln(1 - found)
+///   things:   a match ln(found / chance of such a thing of a there) - d^2 / 2; a miss, by its share, ln(1 - found);
+///             both times how far the things are to be trusted
 ///   surfaces: half the nodes seen, times the divergence of the share found from that found by chance
 PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches);
 

@@ -21,9 +21,9 @@ constexpr double kEffectiveSurfaces = 400;
 constexpr double kOddsAgainst = 1000;  // a wrong place is accepted once in so many pairs of maps, at most
 constexpr double kOverlap =
     0.25;  // of the upright surfaces of the smaller map: less is a corner that many places share
-constexpr double kThingsThere = 2.0 / 3;  // of the things that both maps have surveyed must be in both
-constexpr double kClearlyWorse = 0.5;     // of the best score
-constexpr double kMaxDeviation = 0.3;     // m
+constexpr double kThingsThere = 0.55;  // of the things that both maps have surveyed must be in both
+constexpr double kClearlyWorse = 0.5;  // of the best score
+constexpr double kMaxDeviation = 0.3;  // m
 constexpr double kMaxTurnDeviation = 1.0 * kDegree;
 
 double square(double x) { return x * x; }
@@ -142,7 +142,7 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
         "too little agrees: {} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",
         e.things_matched, e.things_missed, 100 * e.surface_share, 100 * e.chance_share);
   }
-  if (e.thingShare() < kThingsThere) {
+  if (e.thing_share < kThingsThere) {
     return fmt::format("the things speak against it: {} matched, {:.1f} missed", e.things_matched, e.things_missed);
   }
   if (e.overlap < kOverlap) {
