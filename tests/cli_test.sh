@@ -38,7 +38,7 @@ expect 2 1 'subcommand' "$hggmap"
 expect 2 1 'subcommand' "$hggmap" fly
 says 'Subcommands' "$hggmap" --help
 says '^hggmap [0-9]+\.[0-9]+' "$hggmap" --version
-for command in run replay export info; do
+for command in run replay export info align; do
   says 'Example' "$hggmap" "$command" --help
 done
 expect 2 1 '--warp' "$hggmap" run --warp
@@ -47,6 +47,7 @@ expect 2 1 '--warp' "$hggmap" export m.hgg --format json -o x --warp
 expect 2 1 '--warp' "$hggmap" info m.hgg --warp
 expect 2 1 'LOG' "$hggmap" replay
 expect 2 1 'MAP' "$hggmap" info
+expect 2 1 'B' "$hggmap" align a.hgg
 expect 2 1 'MAP' "$hggmap" export --format json -o x
 expect 2 1 'format' "$hggmap" export m.hgg --format stl -o x
 expect 2 1 'output' "$hggmap" export m.hgg --format json
@@ -96,6 +97,7 @@ for map in corrupt newer text missing; do
   expect 2 1 "$map\\.hgg" "$hggmap" info $map.hgg
   expect 2 1 "$map\\.hgg" "$hggmap" export $map.hgg --format json -o export.json
   expect 2 1 "$map\\.hgg" "$hggmap" run --map $map.hgg --out out
+  expect 2 1 "$map\\.hgg" "$hggmap" align $map.hgg $map.hgg --json
   [ ! -e export.json ] || complain "export.json was written from $map.hgg"
 done
 

@@ -166,6 +166,7 @@ Comparison::Comparison(const Map& map_a, const Map& map_b, std::span<const Simil
   reach = kReach * std::max(a.grain, b.grain);
   index_a.emplace(a.surfaces, reach);
   index_b.emplace(b.surfaces, reach);
+  wide_index_a.emplace(a.surfaces, 2 * reach);
 }
 
 }  // namespace hgg

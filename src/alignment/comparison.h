@@ -28,7 +28,7 @@ struct Comparison {
   MapView a, b;
   Similarity similarity;
   double reach = 0;  // m: a map has surveyed what has one of its leaves this near; 0 when either has no leaf
-  std::optional<SurfaceIndex> index_a, index_b;
+  std::optional<SurfaceIndex> index_a, index_b, wide_index_a;  // of one reach, the last of two
 
   /// Classes of map b are taken for those of a with the same name; where a map carries no names, with the same id.
   /// `similar` names others that may be one.

@@ -73,7 +73,7 @@ bool isEdge(const Row& p, const Row& q, double& distance, double& tolerance) {
     return false;
   }
   const Vec3 da = q.a - p.a, db = q.b - p.b;
-  const double length_a = std::hypot(da.x(), da.y()), length_b = std::hypot(db.x(), db.y());
+  const double length_a = da.head<2>().norm(), length_b = db.head<2>().norm();
   distance = std::max(length_a, length_b);
   tolerance = toleranceOf(p.variance + q.variance, distance);
   return std::abs(length_a - length_b) < tolerance && std::abs(da.z() - db.z()) < tolerance + kTilt * distance;
@@ -161,7 +161,7 @@ Hypothesis gather(const std::vector<Row>& rows, const Pose& T, const Vec3& centr
   for (const Row& row : rows) {
     const Vec3 d = T * row.b - row.a;
     const double distance = (row.b - centre_b).head<2>().norm();
-    const double tolerance = toleranceOf(row.variance, distance), miss = std::hypot(d.x(), d.y());
+    const double tolerance = toleranceOf(row.variance, distance), miss = d.head<2>().norm();
     const double value = row.weight - 0.5 * square(miss) / (row.variance + square(kBend * distance));
     if (miss < tolerance && std::abs(d.z()) < tolerance + kTilt * distance && value > 0) {
       near.push_back({row.index_a, row.index_b, value});

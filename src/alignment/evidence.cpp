@@ -14,7 +14,8 @@ constexpr double kOn = 0.3;             // reaches: surfaces this near across ar
 constexpr double kGate = 9;             // squared standard deviations between matched things
 constexpr double kAround = 10;          // m, neighbourhood that says how common a class of things is
 constexpr std::size_t kWeighed = 1500;  // surfaces of each map, spread evenly
-constexpr std::size_t kProbes = 400;    // of those, looked at in displaced places
+constexpr std::size_t kWeighedOfThing = 30;
+constexpr std::size_t kProbes = 400;  // of those, looked at in displaced places
 constexpr int kDirections = 8;
 
 double square(double x) { return x * x; }
@@ -57,11 +58,13 @@ std::vector<double> missedShares(const Search& search) {
   const MapView& of = search.of();
   for (std::size_t t = 0; t < of.things.size(); ++t) {
     const auto [first, last] = of.surfaces_of[of.things[t]];
-    double missed = 0;
-    for (std::size_t k = first; k < last; ++k) {
+    const std::size_t stride = 1 + (last - first) / kWeighedOfThing;
+    double missed = 0, looked_at = 0;
+    for (std::size_t k = first; k < last; k += stride) {
+      looked_at += 1;
       missed += search.wordOn(of.surfaces[k], near) == Word::kMissing ? 1 : 0;
     }
-    shares.push_back(last > first ? of.trust[t] * missed / static_cast<double>(last - first) : 0);
+    shares.push_back(of.trust[t] * missed / std::max(looked_at, 1.0));
   }
   return shares;
 }

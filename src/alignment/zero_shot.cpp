@@ -52,8 +52,8 @@ GaussianPair thingGaussian(const Landmark& a, const Landmark& b, double weight) 
 
 /// Surfaces of b, evenly spread, with the nearest like one of a within `gate`. `slack` is how far off they may still
 /// be, on top of their own extent.
-std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const Pose& T_a_b, double gate, double slack) {
-  const SurfaceIndex index(c.a.surfaces, gate);
+std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const SurfaceIndex& index, const Pose& T_a_b,
+                                           double slack) {
   const std::size_t stride = 1 + c.b.surfaces.size() / kMostSurfaces;
   std::vector<GaussianPair> pairs;
   std::vector<std::size_t> near;
@@ -85,8 +85,9 @@ Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
         thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.a)], c.b.landmarks[static_cast<std::size_t>(m.b)], 1));
   }
   Registration found = registerPairs(things, 1, prior, hypothesis.T_a_b, kRobustScale);
-  for (const double gate : {2.0, 1.0, 1.0, 1.0}) {
-    auto pairs = surfaceGaussians(c, found.T_map_body, gate * c.reach, (gate > 1 ? 0.5 : 0.05) * c.reach);
+  for (const bool is_wide : {true, false, false, false}) {
+    auto pairs =
+        surfaceGaussians(c, is_wide ? *c.wide_index_a : *c.index_a, found.T_map_body, (is_wide ? 0.5 : 0.05) * c.reach);
     const double weight = std::min(1.0, kEffectiveSurfaces / static_cast<double>(pairs.size() + 1));
     for (const Candidate& m : matchThings(c, found.T_map_body)) {
       pairs.push_back(thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.row)],
