@@ -32,6 +32,7 @@ WORLDS = {
     "campus": (["campus", "--rate", "5"], "semantickitti", 12, 10, [(1, 201), (1, 202), (2, 203)]),
     "office": (["office", "--sensor", "rgbd", "--rate", "5"], "indoor", 20, 7, [(1, 301), (1, 302), (2, 303)]),
     "apartment": (["apartment", "--sensor", "rgbd", "--rate", "5"], "indoor", 20, 7, [(1, 401), (1, 402), (2, 403)]),
+    "hall": (["hall", "--sensor", "rgbd", "--rate", "5"], "indoor", 20, 7, [(5, 601), (5, 602), (6, 603)]),
     "path": (KITTI_07 + ["--rate", "5"], "semantickitti", 5, 6, [(1, 501), (1, 502), (2, 503)]),
 }
 

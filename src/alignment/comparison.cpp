@@ -92,17 +92,32 @@ double usualViews(std::vector<double> views) {
   return 1;
 }
 
-/// Views against the usual ones: what labels made up for a frame or two has fewer.
-std::vector<double> trustIn(const std::vector<const MapNode*>& nodes, const std::vector<std::size_t>& things) {
-  std::vector<double> views;
-  for (const std::size_t t : things) {
-    views.push_back(nodes[t]->views);
+/// Whether a thing lies where its map has a better seen one of another class: one object under two names.
+bool isDouble(const MapView& view, std::size_t t) {
+  const Landmark& thing = view.landmarks[t];
+  const int views = view.nodes[view.things[t]]->views;
+  for (std::size_t u = 0; u < view.things.size(); ++u) {
+    const Landmark& other = view.landmarks[u];
+    const double reach = std::min(thing.size.norm(), other.size.norm());
+    if (other.label != thing.label && view.nodes[view.things[u]]->views > views &&
+        (other.mean - thing.mean).squaredNorm() < reach * reach) {
+      return true;
+    }
   }
-  const double usual = usualViews(views);
-  for (double& v : views) {
-    v = std::min(v / usual, 1.0);
+  return false;
+}
+
+/// Views against the usual ones: what labels made up for a frame or two has fewer. None for doubles.
+std::vector<double> trustIn(const MapView& view) {
+  std::vector<double> trust;
+  for (const std::size_t t : view.things) {
+    trust.push_back(view.nodes[t]->views);
   }
-  return views;
+  const double usual = usualViews(trust);
+  for (std::size_t t = 0; t < trust.size(); ++t) {
+    trust[t] = isDouble(view, t) ? 0 : std::min(trust[t] / usual, 1.0);
+  }
+  return trust;
 }
 
 MapView viewOf(const Map& map, const Relabelling& relabelling) {
@@ -124,7 +139,7 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
     }
     view.surfaces_of.emplace_back(first, view.surfaces.size());
   }
-  view.trust = trustIn(view.nodes, view.things);
+  view.trust = trustIn(view);
   view.grain = medianOf(std::move(sizes));
   return view;
 }
