@@ -23,7 +23,7 @@ struct MapView {
   double grain = 0;                                              // m, typical size of a leaf
 };
 
-/// Two maps and what is needed to compare them. Refers to both maps and to itself: it stays where it was made.
+/// Two maps and what is needed to compare them. Refers to both maps.
 struct Comparison {
   MapView a, b;
   Similarity similarity;

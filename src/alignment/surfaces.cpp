@@ -4,9 +4,9 @@
 
 namespace hgg {
 
-SurfaceIndex::SurfaceIndex(std::span<const Surface> surfaces, double radius) : surfaces_(surfaces), radius_(radius) {
+SurfaceIndex::SurfaceIndex(std::span<const Surface> surfaces, double radius) : radius_(radius) {
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
-    cells_[keyOf(surfaces[i].mean, 0, 0, 0)].push_back(i);
+    cells_[keyOf(surfaces[i].mean, 0, 0, 0)].push_back({surfaces[i].mean, i});
   }
 }
 
@@ -19,9 +19,9 @@ void SurfaceIndex::near(const Vec3& p, std::vector<std::size_t>& found) const {
         if (cell == cells_.end()) {
           continue;
         }
-        for (const std::size_t i : cell->second) {
-          if ((surfaces_[i].mean - p).squaredNorm() < radius_ * radius_) {
-            found.push_back(i);
+        for (const Entry& entry : cell->second) {
+          if ((entry.mean - p).squaredNorm() < radius_ * radius_) {
+            found.push_back(entry.index);
           }
         }
       }

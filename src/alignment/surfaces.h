@@ -20,7 +20,6 @@ struct Surface {
 /// Finds surfaces near a point: a grid of cubic cells, one radius wide.
 class SurfaceIndex {
  public:
-  /// `surfaces` must outlive the index.
   SurfaceIndex(std::span<const Surface> surfaces, double radius);
 
   /// Indices of the surfaces whose mean lies within the radius, in a fixed order.
@@ -29,9 +28,12 @@ class SurfaceIndex {
  private:
   std::uint64_t keyOf(const Vec3& p, int dx, int dy, int dz) const;
 
-  std::span<const Surface> surfaces_;
+  struct Entry {
+    Vec3 mean;  // beside the index, so that a search stays in the cell
+    std::size_t index;
+  };
   double radius_;
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> cells_;
+  std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
 };
 
 }  // namespace hgg
