@@ -48,11 +48,12 @@ class Drive:
     frames: int = 0
     busy: bool = False
     path: tuple = ()  # true and odometry poses of a real drive, instead of a world
+    confusion: float = 0  # share of objects a frame under a wrong name; 0: as a good segmenter has it
 
     def arguments(self):
         where = ["--path", *self.path] if self.path else [self.world]
         return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
-                *(["--dynamics"] if self.busy else [])]
+                *(["--dynamics"] if self.busy else []), *(["--confusion", str(self.confusion)] if self.confusion else [])]
 
     def identity(self):
         """What the log depends on: the arguments, with files by their content."""
@@ -60,7 +61,7 @@ class Drive:
         return [hash_of(a) if a in paths else a for a in self.arguments()]
 
     def name(self):
-        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}seed {self.seed}"
+        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}{f'confusion {self.confusion} ' if self.confusion else ''}seed {self.seed}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -528,18 +529,31 @@ class Matrix:
                   for em, loops in ((False, False), (True, False), (False, True), (True, True))]
 
     PAIRING = [(cost, (("ablation.cost", json.dumps(cost)),)) for cost in ("wasserstein", "centroid", "iou")]
+    CONFUSION, CONFUSED_ODOMETRY = 0.05, ["true", "good", "poor"]
+
+    def confusion_runs_of(self, world, odometry):
+        return [Run(Drive(world, main_sensor(world), seed, self.args.frames, confusion=self.CONFUSION), odometry) for seed in self.more_seeds()]
+
+    def confusion_odometry(self):
+        return [o for o in self.CONFUSED_ODOMETRY if o in self.args.odometry]
+
+    def confusion_runs(self):
+        return [run for world in self.args.sensor_worlds for odometry in self.confusion_odometry() for run in self.confusion_runs_of(world, odometry)]
+
+    def more_seeds(self):
+        """For tables whose rows differ little: at least MORE_SEEDS."""
+        seeds = self.args.seeds if self.args.quick else [*self.args.seeds, *(s for s in range(1, 100) if s not in self.args.seeds)]
+        return seeds[:max(len(self.args.seeds), self.MORE_SEEDS)]
+
     GATES = {"shipped": lambda world: (), "three times": lambda world: (("alignment.gate", "3.0" if is_indoor(world) else "9.0"),)}
-    PAIRING_SEEDS = 5  # at least
+    MORE_SEEDS = 5
 
     def pairing_runs_of(self, world, gate, switches):
-        """With more seeds than the other tables: the costs differ little."""
-        seeds = self.args.seeds if self.args.quick else [*self.args.seeds, *(s for s in range(1, 100) if s not in self.args.seeds)]
-        seeds = seeds[:max(len(self.args.seeds), self.PAIRING_SEEDS)]
         return [Run(Drive(world, main_sensor(world), seed, self.args.frames), self.correction_odometry(), (*switches, *self.GATES[gate](world)))
-                for seed in seeds]
+                for seed in self.more_seeds()]
 
     def pairing_runs(self):
-        return [run for world in self.args.worlds for gate in self.GATES for _, switches in self.PAIRING
+        return [run for world in self.args.sensor_worlds for gate in self.GATES for _, switches in self.PAIRING
                 if self.workshop.has_switches(switches) for run in self.pairing_runs_of(world, gate, switches)]
 
     def correction_switches(self, em, loops, switches):
@@ -632,9 +646,18 @@ best there is (0.1 m outdoors, 0.05 m indoors).""",
 The paper's NIW ablation: beliefs merge half and half, whatever was seen of each (`[ablation] symmetric_merge`), and factors
 of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEADER[1:]], rows, 3)
 
+    def confusion(self):
+        columns = [("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), *OBJECT_COLUMNS[:5]]
+        rows = [[world, odometry, *cells(self.results(self.confusion_runs_of(world, odometry)), columns)]
+                for world in self.args.sensor_worlds for odometry in self.confusion_odometry()]
+        return Table("confusion", "Objects under wrong names", f"""
+{self.CONFUSION:.0%} of the objects of a frame are taken for another class as a whole (`hgg-sim --confusion`), the rest is as a good segmenter has it;
+{len(self.more_seeds())} seeds. Whatever became a node and is no true object costs precision.""",
+                     ["world", "odometry", "ATE in, m", "ATE out, m", *OBJECT_HEADER[:5]], rows, 2)
+
     def pairing(self):
         columns, rows = OBJECT_COLUMNS[1:5], []
-        for world in self.args.worlds:
+        for world in self.args.sensor_worlds:
             for gate in self.GATES:
                 for cost, switches in self.PAIRING:
                     ready = self.workshop.has_switches(switches)
@@ -642,7 +665,7 @@ of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEA
                                                       if ready else [NOT_YET] * len(columns))])
         return Table("pairing", "What the cost of a pair is worth", f"""
 The paper's cost ablation: things are paired with the map's by the Wasserstein distance of their Gaussians, by the distance of
-their means, or by how little their boxes overlap (`[ablation] cost`), with {self.correction_odometry()} odometry and at least {self.PAIRING_SEEDS} seeds. F1 is that of the
+their means, or by how little their boxes overlap (`[ablation] cost`), with {self.correction_odometry()} odometry and {len(self.more_seeds())} seeds. F1 is that of the
 objects of the final map, after nodes that are one object were merged. The wide gate lets neighbours be candidates too.""",
                      ["world", "gate", "cost", *OBJECT_HEADER[1:5]], rows, 3)
 
@@ -732,12 +755,12 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
 
     def needed(self, name):
         return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
-                "sensors": self.sensor_runs, "busy": self.busy_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
+                "sensors": self.sensor_runs, "busy": self.busy_runs, "confusion": self.confusion_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
                 "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
 
 
-TABLES = ["objects", "sensors", "busy", "trajectory", "geometry", "niw", "pairing", "correction", "alignment", "retrieval", "cost", "real"]
+TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "alignment", "retrieval", "cost", "real"]
 
 
 def memory_cells(stats):
