@@ -19,8 +19,6 @@ REPO = pathlib.Path(__file__).resolve().parent.parent
 MAX_ERROR, MAX_TURN = 0.3, 2.0  # m, deg: what counts as right
 MIN_SUCCESS = 0.95
 POSITIVE, NEGATIVE = 0.40, 0.02  # overlap
-# Indoors the shipped configuration doubts odometry more than the simulated one deserves, and frames turn the map by degrees.
-TRUST = {"odometry_drift": 0.005, "odometry_turn_deg": 0.02, "odometry_jitter": 0.002, "odometry_jitter_deg": 0.01}
 CELL = {"semantickitti": 2.0, "indoor": 0.5}  # m, of the ground
 LOG_HEADER = struct.Struct(">IqqII")  # sync, number, time, bytes of the channel, bytes of the message
 POSE = struct.Struct(">qq3d3d4d")  # fingerprint, utime, pos, vel, orientation (wxyz)
@@ -169,16 +167,7 @@ class Submap:
 
 
 def config_file(args, config):
-    """The shipped configuration; indoors with odometry trusted as much as it is worth."""
-    shipped = REPO / "firmware_cfg" / config / "hggmap.toml"
-    if config != "indoor":
-        return shipped
-    text = shipped.read_text().replace('"classes.toml"', f'"{shipped.parent / "classes.toml"}"')
-    for key, value in TRUST.items():
-        text = re.sub(rf"^{key} = \S+", f"{key} = {value}", text, flags=re.M)
-    ours = args.work / "indoor.toml"
-    ours.write_text(text)
-    return ours
+    return REPO / "firmware_cfg" / config / "hggmap.toml"
 
 
 def make_submap(build, config, log, poses, rate, begin, seconds, directory, cell, truth_objects, world, place):

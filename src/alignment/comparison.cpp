@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "alignment/align.h"
@@ -77,49 +76,6 @@ Relabelling relabel(const std::map<ClassId, std::string>& names_a, const std::ma
   return relabelling;
 }
 
-/// The views of the thing that the median view is of: half of all looks at things were at things looked at this often
-/// or more.
-double usualViews(std::vector<double> views) {
-  std::sort(views.begin(), views.end());
-  const double all = std::accumulate(views.begin(), views.end(), 0.0);
-  double sum = 0;
-  for (const double v : views) {
-    sum += v;
-    if (2 * sum >= all) {
-      return std::max(v, 1.0);
-    }
-  }
-  return 1;
-}
-
-/// Whether a thing lies where its map has a better seen one of another class: one object under two names.
-bool isDouble(const MapView& view, std::size_t t) {
-  const Landmark& thing = view.landmarks[t];
-  const int views = view.nodes[view.things[t]]->views;
-  for (std::size_t u = 0; u < view.things.size(); ++u) {
-    const Landmark& other = view.landmarks[u];
-    const double reach = std::min(thing.size.norm(), other.size.norm());
-    if (other.label != thing.label && view.nodes[view.things[u]]->views > views &&
-        (other.mean - thing.mean).squaredNorm() < reach * reach) {
-      return true;
-    }
-  }
-  return false;
-}
-
-/// Views against the usual ones: what labels made up for a frame or two has fewer. None for doubles.
-std::vector<double> trustIn(const MapView& view) {
-  std::vector<double> trust;
-  for (const std::size_t t : view.things) {
-    trust.push_back(view.nodes[t]->views);
-  }
-  const double usual = usualViews(trust);
-  for (std::size_t t = 0; t < trust.size(); ++t) {
-    trust[t] = isDouble(view, t) ? 0 : std::min(trust[t] / usual, 1.0);
-  }
-  return trust;
-}
-
 MapView viewOf(const Map& map, const Relabelling& relabelling) {
   MapView view;
   std::vector<double> sizes;
@@ -129,6 +85,7 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
     if (!node.stuff) {
       view.things.push_back(view.nodes.size());
       view.landmarks.push_back(landmarkOf(node, label));
+      view.trust.push_back(existence(node.classes, node.label, node.belief.kappa));
     }
     view.nodes.push_back(&node);
     const std::size_t first = view.surfaces.size();
@@ -139,7 +96,6 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
     }
     view.surfaces_of.emplace_back(first, view.surfaces.size());
   }
-  view.trust = trustIn(view);
   view.grain = medianOf(std::move(sizes));
   return view;
 }

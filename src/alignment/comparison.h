@@ -17,7 +17,7 @@ struct MapView {
   std::vector<const MapNode*> nodes;                             // ascending by id
   std::vector<std::size_t> things;                               // indices into nodes
   std::vector<Landmark> landmarks;                               // one a thing, in their order
-  std::vector<double> trust;                                     // one a thing, 0 .. 1: few views, likely a ghost
+  std::vector<double> trust;                                     // one a thing, 0 .. 1: its existence
   std::vector<Surface> surfaces;                                 // leaves of all nodes, map frame, in their order
   std::vector<std::pair<std::size_t, std::size_t>> surfaces_of;  // one a node: first, last + 1
   double grain = 0;                                              // m, typical size of a leaf

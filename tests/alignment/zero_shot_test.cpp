@@ -20,6 +20,7 @@ struct Patch {
   Vec3 mean;
   Mat3 cov;
   int views = 10;
+  float taken_for_wall = 0;  // views
 };
 struct World {
   std::vector<Patch> things, stuff;
@@ -86,6 +87,10 @@ Map mapOfWorld(const World& world, const Pose& T_world_map, unsigned noise_seed,
         node.stuff = stuff;
         node.tile = {std::get<1>(tile), std::get<2>(tile), 0};
         node.views = patch.views;
+        if (!stuff) {
+          addViews(node.classes, {{kWall, patch.taken_for_wall}});
+          addViews(node.classes, {{patch.label, static_cast<float>(patch.views)}});
+        }
         node.belief = belief;
         nodes.push_back(node);
       }
@@ -275,6 +280,7 @@ World withGhosts(World world, unsigned seed) {
     Patch ghost = k % 2 == 0 ? world.things[k] : made_up.things[k];
     ghost.label = static_cast<ClassId>(kChair + (ghost.label - kChair + 1) % 3);
     ghost.views = k % 2 == 0 ? 5 : 1;
+    ghost.taken_for_wall = 30;
     world.things.push_back(ghost);
   }
   return world;
