@@ -85,7 +85,9 @@ import json, sys
 score, share = json.load(open(sys.argv[1])), float(sys.argv[2])
 before, after = score["odometry"]["ate_rmse"], score["trajectory"]["ate_rmse"]
 good = after <= (share * before if before > 0.01 else 0.10)
-print(f"{'ok' if good else 'FAILED'}: ATE {before:.3f} m of odometry, {after:.3f} m of the map")
+objects = score["overall"]
+print(f"{'ok' if good else 'FAILED'}: ATE {before:.3f} m of odometry, {after:.3f} m of the map; laid over the truth, recall {objects['recall']:.2f}, "
+      f"precision {objects['precision']:.2f}, mean error {objects['position_error']['mean']:.3f} m")
 sys.exit(0 if good else 1)
 EOF
 }
