@@ -38,7 +38,7 @@ void Fuse(benchmark::State& state) {
   const Frame frame = simulatedFrame(20);
   const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
   const auto pairs = coarseCorrespondence(local, mapper.map(), frame.T_odom_body, mapper.config());
-  const auto evidence = classEvidence(local, mapper.map(), frame.T_odom_body, mapper.config());
+  const auto evidence = classEvidence(local, mapper.map(), frame.T_odom_body, 1, mapper.config());
   for (auto _ : state) {
     benchmark::DoNotOptimize(
         fuse(mapper.map(), local, frame.T_odom_body, pairs, evidence, mapper.classes(), mapper.config()));
@@ -51,7 +51,7 @@ void Evidence(benchmark::State& state) {
   const Frame frame = simulatedFrame(20);
   const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
   for (auto _ : state) {
-    benchmark::DoNotOptimize(classEvidence(local, mapper.map(), frame.T_odom_body, mapper.config()));
+    benchmark::DoNotOptimize(classEvidence(local, mapper.map(), frame.T_odom_body, 1, mapper.config()));
   }
 }
 BENCHMARK(Evidence)->Unit(benchmark::kMillisecond);

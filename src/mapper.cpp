@@ -94,7 +94,8 @@ StepReport Mapper::step(const Frame& frame) {
   const Alignment alignment = align(local, map_, prediction, config_);
   clock.lap("alignment");
   const Pose& T_map_body = alignment.pose.T_map_body;
-  const std::vector<ClassEvidence> evidence = classEvidence(local, map_, T_map_body, config_);
+  const double weight = last_ ? viewWeight(last_->pose.T_map_body.inverse() * T_map_body) : 1;
+  const std::vector<ClassEvidence> evidence = classEvidence(local, map_, T_map_body, weight, config_);
   clock.lap("evidence");
   report.delta = map_.apply(fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_));
   clock.lap("update");

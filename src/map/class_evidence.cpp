@@ -3,12 +3,15 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace hgg {
 namespace {
 
-constexpr std::size_t kMostLeaves = 24;       // of a thing that are asked, spread evenly over it
-constexpr double kReach = 3;                  // standard deviations
+constexpr std::size_t kMostLeaves = 24;  // of a thing that are asked, spread evenly over it
+constexpr double kFullWay = 0.05, kFullTurn = std::numbers::pi / 180;  // m, rad: motion that makes a view a new one
+constexpr double kAtRest = 0.02;                                       // of a view
+constexpr double kReach = 3;                                           // standard deviations
 const double kCoincident = std::sqrt(0.125);  // share of a leaf's points in the window of one just like it
 
 /// Axis-aligned box around a Gaussian's mass.
@@ -118,7 +121,7 @@ ClassWeights viewsAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T
 
 }  // namespace
 
-std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body,
+std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
                                          const Config& config) {
   const double floor = config.creation.sigma_floor;
   std::vector<Seen> seen;
@@ -129,11 +132,19 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
   for (const NodeId id : map.near(T_map_body.translation(), config.map.active_radius)) {
     const MapNode& node = *map.find(id);
     ClassWeights views = node.stuff ? ClassWeights{} : viewsAt(node, seen, T_map_body, floor);
+    for (auto& [label, amount] : views) {
+      amount *= static_cast<float>(weight);
+    }
     if (!views.empty()) {
       evidence.push_back({id, std::move(views)});
     }
   }
   return evidence;
+}
+
+double viewWeight(const Pose& T_last_body) {
+  const double way = T_last_body.translation().norm(), turn = Eigen::AngleAxisd(T_last_body.linear()).angle();
+  return std::clamp(way / kFullWay + turn / kFullTurn, kAtRest, 1.0);
 }
 
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {

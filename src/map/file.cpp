@@ -156,7 +156,7 @@ ClassBelief getClasses(Reader& r) {
   int last = -1;
   for (auto& [label, views] : classes.views) {
     label = r.get<ClassId>(), views = r.get<float>();
-    r.require(label > last && views >= 0 && std::isfinite(views));
+    r.require(label > last && views >= 0 && views <= 1e4F);
     last = label;
   }
   return classes;
@@ -185,7 +185,7 @@ MapNode getNode(Reader& r, std::uint32_t version) {
   if (version != kVersionWithoutClasses) {
     node.classes = getClasses(r);
   } else if (!node.stuff) {
-    addViews(node.classes, {{node.label, static_cast<float>(node.views)}});
+    addViews(node.classes, {{node.label, static_cast<float>(std::max(node.views, 0))}});
   }
   return node;
 }

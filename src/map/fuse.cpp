@@ -50,45 +50,53 @@ constexpr double kFaded = 0.1;
 /// An object with a larger share of its points on the surface of a thing is that thing.
 constexpr double kSameSurface = 0.5;
 
-/// The likeliest class among those of things.
-ClassId likeliestThing(ClassBelief belief, const ClassTable& classes, ClassId fallback) {
+/// The likeliest class among those of things. A thing's own class counts even when the class table has changed.
+ClassId likeliestThing(ClassBelief belief, const ClassTable& classes, ClassId own) {
   std::erase_if(belief.views, [&](const auto& entry) {
     const ClassInfo* info = classes.find(entry.first);
-    return info == nullptr || info->kind != ClassKind::kThing;
+    return entry.first != own && (info == nullptr || info->kind != ClassKind::kThing);
   });
-  return likeliestClass(belief, fallback);
+  return likeliestClass(belief, own);
 }
 
 /// Nodes touched by this frame, in a working copy; ids of new nodes are negative until the map gives them real ones.
 using Touched = std::map<NodeId, MapNode>;
 
-/// A thing of another class on whose surface most of the object lies: what a segmenter takes for something else for a
-/// while. nullptr when there is none.
-const MapNode* findMistaken(const Map& map, const LocalObject& object, const Pose& T_map_body, const Config& config) {
-  const Vec3 mean = T_map_body * object.belief.mean;
-  for (const NodeId id : map.near(mean, config.alignment.gate)) {
-    const MapNode* node = map.find(id);
-    if (!node->stuff && node->label != object.label &&
-        shareOn(*node, object, T_map_body, config.creation.sigma_floor) > kSameSurface) {
-      return node;
+/// The thing of another class on whose surface the object lies: what a segmenter takes for something else for a while.
+/// A thing that this frame has under its own name (`paired`, ascending) is not meant. nullptr when there is none, or
+/// when the object is rather a piece of its own class.
+const MapNode* findMistaken(const Map& map, const LocalObject& object, const Pose& T_map_body,
+                            const std::vector<NodeId>& paired, const Config& config) {
+  const MapNode* best = nullptr;
+  double most = kSameSurface;
+  for (const NodeId id : map.near(T_map_body * object.belief.mean, config.alignment.gate)) {
+    const MapNode& node = *map.find(id);
+    const double share = node.stuff ? 0 : shareOn(node, object, T_map_body, config.creation.sigma_floor);
+    if (share > kSameSurface && node.label == object.label) {
+      return nullptr;
+    }
+    if (share > most && !std::ranges::binary_search(paired, id)) {
+      best = &node, most = share;
     }
   }
-  return nullptr;
+  return best;
 }
 
 Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_body,
                    const std::vector<ObjectPair>& pairs, const Config& config) {
   const Merging merging = mergingOf(config);
   Touched touched;
-  std::vector<NodeId> node_of(local.objects.size(), 0);
+  std::vector<NodeId> node_of(local.objects.size(), 0), paired;
   for (const ObjectPair& pair : pairs) {
     node_of[static_cast<std::size_t>(pair.local)] = pair.map;
+    paired.push_back(pair.map);
   }
+  std::ranges::sort(paired);
   NodeId next_new = -1;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
     if (node_of[i] == 0 && !object.stuff) {
-      const MapNode* mistaken = findMistaken(map, object, T_map_body, config);
+      const MapNode* mistaken = findMistaken(map, object, T_map_body, paired, config);
       node_of[i] = mistaken != nullptr ? mistaken->id : 0;
     }
     if (node_of[i] == 0) {
@@ -237,7 +245,10 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
       continue;
     }
     const NodeId keep = survivor(id, twin), drop = keep == id ? twin : id;
-    const MapNode absorbed = *findCurrent(map, touched, removed, drop);
+    MapNode absorbed = *findCurrent(map, touched, removed, drop);
+    if (drop < 0 && touched.contains(keep)) {
+      absorbed.classes = {};  // a piece: the frame's view of the whole is counted already
+    }
     MapNode& node = touched.try_emplace(keep, *findCurrent(map, touched, removed, keep)).first->second;
     absorb(node, absorbed, merging.leaf_size, merging.rule);
     touched.erase(drop);
@@ -276,7 +287,7 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
   Touched touched = touchNodes(map, local, T_map_body, pairs, config);
   update.evidence = believe(map, evidence, classes, touched, update.removed);
   mergeGhosts(map, touched, classes, config, update.removed);
-  // A merge has carried the beliefs of these into another node, without this one view.
+  // What a merge has touched or taken away goes on without this one view.
   std::erase_if(update.evidence, [&](const ClassEvidence& e) {
     return touched.contains(e.id) || std::ranges::find(update.removed, e.id) != update.removed.end();
   });

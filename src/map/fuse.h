@@ -16,8 +16,10 @@ Belief mergeSymmetrically(const Belief& a, const Belief& b);
 /// Merge of two map nodes, conjugate by default: beliefs and leaves; `keep` keeps its id and frame.
 void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rule = merge);
 
-/// Map update: matched objects merge into their nodes, unmatched ones become nodes, then same-class things that are one
-/// object merge (a segmenter splits an object, a grazing beam leaves a gap in it). Returns what the map has to change.
+/// Map update: matched objects merge into their nodes, unmatched ones become nodes, or join the thing of another class
+/// on whose surface they lie. The evidence goes into the class beliefs; things get the label of their likeliest class,
+/// and go when their existence has faded. Then same-class things that are one object merge (a segmenter splits an
+/// object, a grazing beam leaves a gap in it). Returns what the map has to change.
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
                const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config);
 

@@ -26,7 +26,7 @@ struct MapUpdate {
   TimedPose pose;
   std::vector<MapNode> changed;         // existing ids, whole new state
   std::vector<MapNode> created;         // id 0: the map gives them one
-  std::vector<NodeId> removed;          // absorbed into another node
+  std::vector<NodeId> removed;          // absorbed into another node, or faded
   std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
 };
 

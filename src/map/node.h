@@ -40,7 +40,7 @@ struct MapNode {
   Pose T_map_object = Pose::Identity();
   std::vector<Leaf> leaves;
   ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
-  std::int32_t views = 0;  // frames merged into this node
+  std::int32_t views = 0;  // objects of frames merged into this node
   Micros first_us = 0, last_us = 0;
 };
 

@@ -57,6 +57,11 @@ TEST(ClassBelief, ExistenceGrowsWithFindsAndFallsWithMisses) {
   EXPECT_LT(last, 0.5) << "the road is seen where the car should be";
 }
 
+TEST(ClassBelief, SegmentersMissMoreThanTheyMakeUp) {
+  EXPECT_GT(existence(after({{kCar, 100}, {kRoad, 200}}), kCar, 1000), 0.5);
+  EXPECT_LT(existence(after({{kCar, 100}, {kRoad, 400}}), kCar, 1000), 0.5);
+}
+
 TEST(ClassBelief, AYearOfViewsCanStillBeOutvoted) {
   ClassBelief belief;
   for (int k = 0; k < 100'000; ++k) {

@@ -39,10 +39,10 @@ Map mapWith(ClassId label, const std::vector<Belief>& leaves) {
   return mapOf({node});
 }
 
-std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> objects) {
+std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> objects, double weight = 1) {
   LocalGraph local;
   local.objects = std::move(objects);
-  return classEvidence(local, map, Pose::Identity(), Config{});
+  return classEvidence(local, map, Pose::Identity(), weight, Config{});
 }
 
 /// As a map keeps it.
@@ -104,6 +104,21 @@ TEST(ClassEvidence, APieceOfAThingIsAPartOfAView) {
   const Belief left = ball(Vec3(3, 0, 0), 0.2, 500), right = ball(Vec3(3, 4, 0), 0.2, 500);
   const auto evidence = evidenceOf(mapWith(kCar, {left, right}), {objectOf(kPole, {right})});
   EXPECT_NEAR(weightOf(evidence.at(0).views, kPole), 0.5, 0.01) << "the other half was not looked at";
+}
+
+TEST(ClassEvidence, ViewsFromOnePlaceAreOneView) {
+  Pose step = Pose::Identity();
+  const double rest = viewWeight(step);
+  EXPECT_GT(rest, 0);
+  EXPECT_LT(rest, 0.05);
+  step.translation().x() = 0.1;
+  EXPECT_EQ(viewWeight(step), 1);
+  step = Pose(Eigen::AngleAxisd(0.1, Vec3::UnitZ()));
+  EXPECT_EQ(viewWeight(step), 1);
+  const Belief leaf = ball(Vec3(3, 0, 0), 0.2, 200);
+  const Map map = mapWith(kCar, {leaf});
+  EXPECT_NEAR(sumOf(evidenceOf(map, {objectOf(kCar, {leaf})}, rest)[0].views),
+              rest * sumOf(evidenceOf(map, {objectOf(kCar, {leaf})})[0].views), 1e-6);
 }
 
 TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {

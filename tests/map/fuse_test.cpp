@@ -50,7 +50,7 @@ std::vector<ObjectPair> pairsByTile(const Map& map, const LocalGraph& local) {
 
 /// Applies the fusion of a frame to the map.
 MapDelta fuseInto(Map& map, const LocalGraph& local, const Pose& T, const std::vector<ObjectPair>& pairs = {}) {
-  return map.apply(fuse(map, local, T, pairs, classEvidence(local, map, T, Config{}), testClasses(), Config{}));
+  return map.apply(fuse(map, local, T, pairs, classEvidence(local, map, T, 1, Config{}), testClasses(), Config{}));
 }
 
 /// The same for a frame whose one object is node 1, once that exists.
@@ -380,6 +380,61 @@ TEST(Believe, AThingThatTurnsOutToBeStuffFadesAndGoes) {
   }
   EXPECT_GT(frames, 5) << "one view is no proof";
   EXPECT_LT(frames, 100);
+}
+
+TEST(Believe, AThingWhoseClassLeftTheTableIsKept) {
+  constexpr ClassId kGone = 99;
+  MapNode thing = nodeAt(kGone, Vec3(5, 0, 0));
+  thing.leaves.push_back(packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
+  Map map = mapOf({thing});
+  fuseInto(map, seenFrom(Pose::Identity(), {block(kCar, 6.5)}), Pose::Identity());
+  ASSERT_NE(map.find(1), nullptr);
+  EXPECT_EQ(map.find(1)->label, kGone);
+}
+
+/// A thin plate 0.6 x 0.4 m, called `label`, `proud` of the plane x = 5.
+Frame plate(ClassId label, double proud, const Vec3& half, int n) {
+  std::mt19937 random(22);
+  Frame frame;
+  addBox(frame, random, n, label, Vec3(5 - proud, 0, 0), half);
+  return frame;
+}
+
+TEST(Believe, ASignOnADoorIsThereEvenIfItsFirstViewWasTakenForDoor) {
+  const Frame door = plate(kCar, 0, Vec3(0.02, 0.6, 1), 800);
+  const Frame sign = plate(kPole, 0.05, Vec3(0.01, 0.3, 0.2), 300);
+  Frame mistaken = door;
+  for (Point p : sign.points) {
+    p.label = kCar;
+    mistaken.points.push_back(p);
+  }
+  Map map;
+  fuseInto(map, seenFrom(Pose::Identity(), {mistaken}), Pose::Identity());
+  for (int k = 0; k < 20; ++k) {
+    std::vector<ObjectPair> pairs{{0, 1, 0}};
+    if (map.find(2) != nullptr) {
+      pairs.push_back({1, 2, 0});
+    }
+    fuseInto(map, seenFrom(Pose::Identity(), {door, sign}), Pose::Identity(), pairs);
+  }
+  ASSERT_EQ(map.nodes().size(), 2U);
+  EXPECT_EQ(map.find(1)->label, kCar);
+  EXPECT_EQ(map.find(2)->label, kPole);
+  EXPECT_TRUE(isBelieved(*map.find(2)));
+}
+
+TEST(Believe, PiecesOfAFrameAreOneView) {
+  const Frame whole = block(kCar, 5);
+  Frame left, right;
+  for (const Point& p : whole.points) {
+    (p.x < 5 ? left : right).points.push_back(p);
+  }
+  Map map = mapOfFrames({whole});
+  for (int k = 0; k < 10; ++k) {
+    fuseInto(map, seenFrom(Pose::Identity(), {left, right}), Pose::Identity(), {{0, 1, 0}});
+  }
+  ASSERT_EQ(map.nodes().size(), 1U);
+  EXPECT_LE(sumOf(map.find(1)->classes.views), 11);
 }
 
 TEST(Believe, EvidenceOfAThingThatAFrameMergesAwayIsNoFault) {

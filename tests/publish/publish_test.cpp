@@ -47,6 +47,28 @@ TEST(Publish, UpdatesAddUpToTheCompleteGraph) {
   }
 }
 
+TEST(Publish, AThingInDoubtIsRemovedAndOneBelievedInSaysHowMuch) {
+  Config config;
+  MapNode sure, doubted;
+  sure.id = 1, doubted.id = 2;
+  sure.label = doubted.label = 10;
+  sure.belief = doubted.belief = {Vec3(1, 2, 3), Mat3::Identity(), 400};
+  addViews(sure.classes, {{10, 60.0F}, {18, 20.0F}});
+  addViews(doubted.classes, {{10, 1.0F}, {40, 30.0F}});
+  Map map = Map::restore({sure, doubted}, {}, {}, 3);
+  map.setTileSize(config.creation.tile_size);
+  const Mapper mapper(config, ClassTable::builtin(), std::move(map));
+  StepReport report;
+  report.delta.changed = {1, 2};
+  const GraphUpdate update = changedGraph(mapper, report);
+  ASSERT_EQ(update.objects.size(), 1U);
+  EXPECT_EQ(update.objects[0].id, 1);
+  EXPECT_DOUBLE_EQ(update.objects[0].class_probability, 0.75);
+  EXPECT_DOUBLE_EQ(update.objects[0].existence, existence(sure.classes, 10, 400));
+  EXPECT_EQ(update.removed, (std::vector<NodeId>{2}));
+  EXPECT_EQ(completeGraph(mapper, 0).objects.size(), 1U);
+}
+
 TEST(Publish, RevisionsCountUpByOne) {
   const Drive drive(10);
   for (std::size_t i = 1; i < drive.updates.size(); ++i) {
