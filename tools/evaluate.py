@@ -960,6 +960,7 @@ def parse(argv):
     parser.add_argument("--seeds", type=lambda text: [int(s) for s in names(text)], default=None, help="default: 1,2,3")
     parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour")
     parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES))
+    parser.add_argument("--skip", type=names, default=[], help="tables to leave out of the document")
     parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry, and KITTI path 05")
     parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
@@ -979,7 +980,7 @@ def parse(argv):
     args.frames = args.frames if args.frames is not None else 60 if quick else 0
     args.doc = args.doc or (args.out / "evaluation.md" if quick else REPO / "docs" / "evaluation.md")
     for given, known, what in ((args.worlds, worlds, "world"), (args.sensors, sensors, "sensor"), (args.odometry, ODOMETRY, "odometry"),
-                               (args.only or [], TABLES, "table")):
+                               (args.only or [], TABLES, "table"), (args.skip, TABLES, "table")):
         for name in given:
             if name not in known:
                 parser.error(f"there is no {what} {name!r}: {', '.join(known)}")
@@ -995,7 +996,7 @@ def describe(args, argv):
 
 
 def measure(workshop, args, info):
-    matrix, names = Matrix(workshop, args), args.only or TABLES
+    matrix, names = Matrix(workshop, args), [name for name in args.only or TABLES if name not in args.skip]
     workshop.pinned = {run.drive for run in matrix.timing_runs()} if "cost" in names else set()
     runs = [run for name in names for run in matrix.needed(name)]
     matrix.figures = run_all(workshop, runs, max(1, args.jobs))
