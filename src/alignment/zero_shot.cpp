@@ -18,7 +18,10 @@ constexpr double kRobustScale = 2;       // standard deviations
 constexpr std::size_t kMostSurfaces = 1200;
 /// Surfaces share the errors of their maps: together they count as this many independent ones.
 constexpr double kEffectiveSurfaces = 400;
-constexpr double kOddsAgainst = 1000;  // a wrong place is accepted once in so many pairs of maps, at most
+/// On top of the places looked at. A place is made to fit two pairs, whose score is therefore free: kThings is for
+/// that.
+constexpr double kOddsAgainst = 1000;
+constexpr int kThings = 4;  // matched
 constexpr double kOverlap =
     0.25;  // of the upright surfaces of the smaller map: less is a corner that many places share
 constexpr double kThingsThere = 0.55;  // of the things that both maps have surveyed must be in both
@@ -142,6 +145,9 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
     return fmt::format(
         "too little agrees: {} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",
         e.things_matched, e.things_missed, 100 * e.surface_share, 100 * e.chance_share);
+  }
+  if (e.things_matched < kThings) {
+    return fmt::format("too few things in common: {} matched, {} needed", e.things_matched, kThings);
   }
   if (e.thing_share < kThingsThere) {
     return fmt::format("the things speak against it: {} matched, {:.1f} missed", e.things_matched, e.things_missed);

@@ -27,8 +27,8 @@ struct ZeroShot {
 
 /// Aligns map b with map a, both upright to 5 degrees, without any initial pose: cliques of consistent pairs of things
 /// give places to look at; each is registered coarse to fine and weighed by all that both maps have surveyed. Accepted
-/// when the best one's score is above the threshold and twice that of any other, neither things nor surfaces speak
-/// against it, and the pairs hold it in every direction.
+/// when the best one's score is above the threshold and twice that of any other, four things or more are matched,
+/// neither things nor surfaces speak against it, and the pairs hold it in every direction.
 ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar = {});
 
 }  // namespace hgg

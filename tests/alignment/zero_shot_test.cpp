@@ -158,6 +158,29 @@ TEST(ZeroShot, OtherWorldsAreRefused) {
   }
 }
 
+/// An open yard with few things, which make any two yards with them look alike.
+World openYard(std::vector<Patch> things) {
+  World world;
+  world.things = std::move(things);
+  addFloor(world, 12);
+  for (const double y : {-9.0, 9.0}) {
+    addWall(world, Vec3(-9, y, 0), Vec3(18, 0, 0));
+  }
+  return world;
+}
+
+TEST(ZeroShot, TwoThingsMakeNoPlace) {
+  const auto at = [](ClassId label, double x, double y) {
+    return Patch{label, Vec3(x, y, 0.5), 0.01 * Mat3::Identity()};
+  };
+  const World yard = openYard({at(kLamp, -3, 1), at(kTable, 4, 2)});
+  World other = openYard({at(kLamp, 2, 4), at(kTable, 2, -3.1)});
+  const ZeroShot z = alignMaps(mapOfWorld(yard, Pose::Identity(), 1), mapOfWorld(other, frame(40, Vec3(1, 1, 0)), 2));
+  EXPECT_FALSE(z.accepted);
+  EXPECT_GT(z.score, z.threshold);
+  EXPECT_NE(z.reason.find("too few things in common: 2 matched, 4 needed"), std::string::npos) << z.reason;
+}
+
 TEST(ZeroShot, TheSameWallsWithOtherFurnitureAreRefused) {
   World world = randomWorld(1), other = world;
   const World furniture = randomWorld(99);
