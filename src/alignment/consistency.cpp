@@ -1,8 +1,12 @@
 #include "alignment/consistency.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numbers>
+#include <unordered_set>
 
 namespace hgg {
 namespace {
@@ -17,18 +21,16 @@ constexpr std::size_t kSeeds = 1500;  // pairs that cliques are sought around, h
 constexpr std::size_t kPlacesOfSeed = 3;
 constexpr std::size_t kTries = 40;  // places fitted for each one asked for
 constexpr int kRefits = 4;
+constexpr std::size_t kLabels = 65536;
+constexpr std::size_t kNeighbors = 3;   // of its own class, that tell a landmark from others
+constexpr double kAlikeDistance = 0.3;  // m, of neighbours' distances, seen in two maps
+constexpr double kAlikeSize = 0.2;      // of the size, seen in two maps
 
 double square(double x) { return x * x; }
 
 double varianceOf(const Landmark& a, const Landmark& b) { return square(a.sigma) + square(b.sigma); }
 
 double toleranceOf(double variance, double distance) { return kDeviations * std::sqrt(variance) + kBend * distance; }
-
-/// 2-Wasserstein distance of the extents with place and yaw taken out, against their size.
-bool isAlike(const Landmark& a, const Landmark& b) {
-  const double difference = (a.size - b.size).norm();
-  return difference < std::max(0.6 * std::max(a.size.norm(), b.size.norm()), a.sigma + b.sigma);
-}
 
 /// The ground that landmarks spread over, m^2: their bounding box, at least a few metres a side.
 double areaOf(std::span<const Landmark> landmarks) {
@@ -49,6 +51,115 @@ std::vector<std::pair<ClassId, double>> countLabels(std::span<const Landmark> la
   return counts;
 }
 
+/// Pairs of like class and size, one landmark of b at a time: there may be too many to hold.
+class Pairing {
+ public:
+  Pairing(std::span<const Landmark> a, std::span<const Landmark> b, const Similarity& similarity);
+
+  /// Landmarks of a that b's may be, ascending.
+  void partnersOf(std::size_t j, std::vector<std::size_t>& partners);
+  double weightOf(std::size_t i, std::size_t j) const { return std::log(oddsOf(i, j)); }
+
+ private:
+  /// Area over the area in which a rival is found by chance, as far as the classes are alike.
+  double oddsOf(std::size_t i, std::size_t j) const {
+    return room_[a_[i].label] / (kPi * square(kDeviations) * varianceOf(a_[i], b_[j]));
+  }
+  /// 2-Wasserstein distance of the extents with place and yaw taken out, against their size.
+  bool isAlike(std::size_t i, std::size_t j) const {
+    const double limit = std::max(0.6 * std::max(size_a_[i], size_b_[j]), a_[i].sigma + b_[j].sigma);
+    return (a_[i].size - b_[j].size).squaredNorm() < square(limit);
+  }
+
+  std::span<const Landmark> a_, b_;
+  const Similarity& similarity_;
+  std::vector<std::pair<ClassId, double>> counts_;
+  double area_;
+  std::vector<double> size_a_, size_b_;
+  std::vector<double> room_;  // m^2 a rival of the landmark of b at hand, by label of a; 0 for none
+};
+
+Pairing::Pairing(std::span<const Landmark> a, std::span<const Landmark> b, const Similarity& similarity)
+    : a_(a), b_(b), similarity_(similarity), counts_(countLabels(a)), area_(areaOf(a)), room_(kLabels, 0.0) {
+  const auto sizeOf = [](const Landmark& l) { return l.size.norm(); };
+  std::transform(a.begin(), a.end(), std::back_inserter(size_a_), sizeOf);
+  std::transform(b.begin(), b.end(), std::back_inserter(size_b_), sizeOf);
+}
+
+void Pairing::partnersOf(std::size_t j, std::vector<std::size_t>& partners) {
+  double rivals = 0;
+  for (const auto& [label, count] : counts_) {
+    rivals += similarity_(label, b_[j].label) > 0 ? count : 0;
+  }
+  for (const auto& [label, count] : counts_) {
+    room_[label] = rivals > 0 ? area_ * similarity_(label, b_[j].label) / rivals : 0;
+  }
+  partners.clear();
+  for (std::size_t i = 0; i < a_.size(); ++i) {
+    if (oddsOf(i, j) > 1 && isAlike(i, j)) {
+      partners.push_back(i);
+    }
+  }
+}
+/// How many each may have, at least one, so that all have `limit` together: whoever has fewer leaves the rest to
+/// others.
+std::size_t shareOf(std::vector<std::size_t> counts, std::size_t limit) {
+  std::sort(counts.begin(), counts.end());
+  std::size_t left = limit;
+  for (std::size_t k = 0; k < counts.size(); ++k) {
+    const std::size_t share = left / (counts.size() - k);
+    if (counts[k] > share) {
+      return std::max<std::size_t>(share, 1);
+    }
+    left -= counts[k];
+  }
+  return std::max<std::size_t>(limit, 1);
+}
+
+/// Horizontal distances to the nearest landmarks of the same label, ascending.
+using Neighborhood = std::array<double, kNeighbors>;
+
+std::vector<Neighborhood> neighborhoods(std::span<const Landmark> landmarks) {
+  std::vector<Neighborhood> all;
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    Neighborhood nearest;
+    nearest.fill(std::numeric_limits<double>::max());
+    for (std::size_t j = 0; j < landmarks.size(); ++j) {
+      const double distance = (landmarks[i].mean - landmarks[j].mean).head<2>().squaredNorm();
+      if (i != j && distance < nearest.back() && landmarks[i].label == landmarks[j].label) {
+        nearest.back() = distance;
+        std::inplace_merge(nearest.begin(), nearest.end() - 1, nearest.end());
+      }
+    }
+    std::transform(nearest.begin(), nearest.end(), nearest.begin(), [](double d) { return std::sqrt(d); });
+    all.push_back(nearest);
+  }
+  return all;
+}
+
+/// How little two landmarks of like class look like one, by size and by what stands around them, which may be missing.
+double unlikeness(const Landmark& a, const Landmark& b, const Neighborhood& around_a, const Neighborhood& around_b) {
+  double sum = std::min(1.0, (a.size - b.size).norm() / (kAlikeSize * std::max(a.size.norm(), b.size.norm()) + 1e-9));
+  for (std::size_t k = 0; k < kNeighbors; ++k) {
+    sum += std::min(1.0, std::abs(around_a[k] - around_b[k]) / kAlikeDistance);
+  }
+  return sum;
+}
+
+template <typename Unlikeness>
+void keepMostAlike(std::vector<std::size_t>& partners, std::size_t count, const Unlikeness& unlikenessOf) {
+  std::vector<std::pair<double, std::size_t>> ranking;
+  ranking.reserve(partners.size());
+  for (const std::size_t i : partners) {
+    ranking.emplace_back(unlikenessOf(i), i);
+  }
+  partners.resize(count);
+  std::partial_sort(ranking.begin(), ranking.begin() + static_cast<std::ptrdiff_t>(count), ranking.end());
+  std::transform(ranking.begin(), ranking.begin() + static_cast<std::ptrdiff_t>(count), partners.begin(),
+                 [](const auto& ranked) { return ranked.second; });
+  std::sort(partners.begin(), partners.end());
+}
+
 /// The candidates as the inner loop wants them.
 struct Row {
   Vec3 a, b;
@@ -67,7 +178,9 @@ std::vector<Row> rowsOf(std::span<const Landmark> a, std::span<const Landmark> b
   return rows;
 }
 
-/// Horizontal distances and heights of two pairs agree; `tolerance` and `distance` are of the horizontal ones.
+/// Whether two pairs can be of one rigid, upright transform: horizontal distances agree within the beliefs, differences
+/// of height within the beliefs and 5 degrees of tilt; an edge of the consistency graph. `tolerance` and `distance` are
+/// of the horizontal ones.
 bool isEdge(const Row& p, const Row& q, double& distance, double& tolerance) {
   if (p.index_a == q.index_a || p.index_b == q.index_b) {
     return false;
@@ -170,9 +283,10 @@ Hypothesis gather(const std::vector<Row>& rows, const Pose& T, const Vec3& centr
   std::stable_sort(near.begin(), near.end(), [](const Match& p, const Match& q) { return p.weight > q.weight; });
   Hypothesis found;
   found.T_a_b = T;
+  std::unordered_set<int> taken_a, taken_b;
   for (const Match& m : near) {
-    const auto isTaken = [&](const Match& other) { return other.a == m.a || other.b == m.b; };
-    if (std::none_of(found.clique.begin(), found.clique.end(), isTaken)) {
+    if (!taken_a.contains(m.a) && !taken_b.contains(m.b)) {
+      taken_a.insert(m.a), taken_b.insert(m.b);
       found.clique.push_back(m);
       found.weight += m.weight;
     }
@@ -218,36 +332,31 @@ Hypothesis grow(std::span<const Landmark> a, std::span<const Landmark> b, const 
 
 std::vector<Match> candidateMatches(std::span<const Landmark> a, std::span<const Landmark> b,
                                     const Similarity& similarity, std::size_t limit) {
-  const auto counts = countLabels(a);
-  const double area = areaOf(a);
+  Pairing pairing(a, b, similarity);
+  std::vector<std::size_t> partners, counts;
+  for (std::size_t j = 0; j < b.size(); ++j) {
+    pairing.partnersOf(j, partners);
+    counts.push_back(partners.size());
+  }
+  const std::size_t share = shareOf(counts, limit);
+  const bool is_scarce = std::any_of(counts.begin(), counts.end(), [&](std::size_t n) { return n > share; });
+  const std::vector<Neighborhood> around_a = is_scarce ? neighborhoods(a) : std::vector<Neighborhood>();
+  const std::vector<Neighborhood> around_b = is_scarce ? neighborhoods(b) : std::vector<Neighborhood>();
   std::vector<Match> matches;
   for (std::size_t j = 0; j < b.size(); ++j) {
-    double rivals = 0;  // landmarks of a that b's could be taken for
-    for (const auto& [label, count] : counts) {
-      rivals += similarity(label, b[j].label) > 0 ? count : 0;
+    pairing.partnersOf(j, partners);
+    if (partners.size() > share) {
+      keepMostAlike(partners, share, [&](std::size_t i) {
+        return unlikeness(a[i], b[j], around_a[i], around_b[j]) + (a[i].label == b[j].label ? 0 : 1);
+      });
     }
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      const double alike = similarity(a[i].label, b[j].label);
-      if (alike <= 0 || !isAlike(a[i], b[j])) {
-        continue;
-      }
-      const double tolerance = toleranceOf(varianceOf(a[i], b[j]), 0);
-      const double weight = std::log(area / (rivals * kPi * square(tolerance))) + std::log(alike);
-      if (weight > 0) {
-        matches.push_back({static_cast<int>(i), static_cast<int>(j), weight});
-      }
+    for (const std::size_t i : partners) {
+      matches.push_back({static_cast<int>(i), static_cast<int>(j), pairing.weightOf(i, j)});
     }
   }
   std::stable_sort(matches.begin(), matches.end(), [](const Match& p, const Match& q) { return p.weight > q.weight; });
   matches.resize(std::min(matches.size(), limit));
   return matches;
-}
-
-bool areConsistent(std::span<const Landmark> a, std::span<const Landmark> b, const Match& p, const Match& q) {
-  const std::vector<Match> both{p, q};
-  const std::vector<Row> rows = rowsOf(a, b, both);
-  double distance = 0, tolerance = 0;
-  return isEdge(rows[0], rows[1], distance, tolerance);
 }
 
 std::vector<Hypothesis> findHypotheses(std::span<const Landmark> a, std::span<const Landmark> b,

@@ -26,13 +26,11 @@ struct Match {
 using Similarity = std::function<double(ClassId label_a, ClassId label_b)>;
 
 /// Pairs of like class and size. The weight is -ln of the chance that a random place holds such a landmark of a within
-/// the pair's tolerance, so rare and sharply placed things count most; at most `limit` pairs of the highest weight.
+/// the pair's tolerance, so rare and sharply placed things count most; heaviest first. Where there are more than
+/// `limit`, each landmark of b has the same number of partners at most, those most like it by size and by the distances
+/// to its neighbours; landmarks of few partners keep all.
 std::vector<Match> candidateMatches(std::span<const Landmark> a, std::span<const Landmark> b,
                                     const Similarity& similarity, std::size_t limit);
-
-/// Whether two pairs can be of one rigid, upright transform: horizontal distances agree within the beliefs, differences
-/// of height within the beliefs and 5 degrees of tilt; an edge of the consistency graph.
-bool areConsistent(std::span<const Landmark> a, std::span<const Landmark> b, const Match& p, const Match& q);
 
 /// A place that some pairs agree on.
 struct Hypothesis {

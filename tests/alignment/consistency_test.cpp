@@ -38,6 +38,22 @@ std::vector<Landmark> moved(const Pose& T, std::vector<Landmark> landmarks) {
   return landmarks;
 }
 
+/// An edge of the consistency graph: horizontal distances agree within 2.5 deviations and 1 %, differences of height
+/// within that and 5 degrees.
+bool areConsistent(std::span<const Landmark> a, std::span<const Landmark> b, const Match& p, const Match& q) {
+  if (p.a == q.a || p.b == q.b) {
+    return false;
+  }
+  const Landmark &ap = a[static_cast<std::size_t>(p.a)], &aq = a[static_cast<std::size_t>(q.a)];
+  const Landmark &bp = b[static_cast<std::size_t>(p.b)], &bq = b[static_cast<std::size_t>(q.b)];
+  const Vec3 da = aq.mean - ap.mean, db = bq.mean - bp.mean;
+  const double along_a = std::hypot(da.x(), da.y()), along_b = std::hypot(db.x(), db.y());
+  const double variance = ap.sigma * ap.sigma + aq.sigma * aq.sigma + bp.sigma * bp.sigma + bq.sigma * bq.sigma;
+  const double tolerance = 2.5 * std::sqrt(variance) + 0.01 * std::max(along_a, along_b);
+  return std::abs(along_a - along_b) < tolerance &&
+         std::abs(da.z() - db.z()) < tolerance + 5 * M_PI / 180 * std::max(along_a, along_b);
+}
+
 /// The largest set of mutually consistent pairs, by trying them all.
 std::size_t largestClique(std::span<const Landmark> a, std::span<const Landmark> b, const std::vector<Match>& pairs,
                           std::vector<Match>& chosen, std::size_t next) {
@@ -124,17 +140,20 @@ TEST(Consistency, AMirrorImageIsNoPlace) {
   for (Landmark& l : b) {
     l.mean.y() = -l.mean.y();  // all distances agree
   }
-  const auto candidates = candidateMatches(a, b, kSame, 1000);
-  for (const Hypothesis& h : findHypotheses(a, b, candidates, 5)) {
-    EXPECT_LT(h.clique.size(), 6U);
-  }
+  const auto found = findHypotheses(a, b, candidateMatches(a, b, kSame, 1000), 5);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT(found.front().clique.size(), 6U);
+  const auto itself = findHypotheses(a, a, candidateMatches(a, a, kSame, 1000), 5);
+  ASSERT_FALSE(itself.empty());
+  EXPECT_EQ(itself.front().clique.size(), 12U);
+  EXPECT_GT(itself.front().weight, 2 * found.front().weight);
 }
 
 TEST(Consistency, HeightsCount) {
   const std::vector<Landmark> a{landmarkAt({0, 0, 0}), landmarkAt({4, 0, 0})};
   const std::vector<Landmark> b{landmarkAt({0, 0, 0}), landmarkAt({4, 0, 2})};
-  EXPECT_TRUE(areConsistent(a, a, {0, 0, 1}, {1, 1, 1}));
-  EXPECT_FALSE(areConsistent(a, b, {0, 0, 1}, {1, 1, 1}));
+  EXPECT_FALSE(findHypotheses(a, a, candidateMatches(a, a, kSame, 10), 5).empty());
+  EXPECT_TRUE(findHypotheses(a, b, candidateMatches(a, b, kSame, 10), 5).empty());
 }
 
 TEST(Consistency, ATiltOfFiveDegreesIsForgiven) {
@@ -161,6 +180,53 @@ TEST(Consistency, CandidatesAreOfOneClassAndLikeSizeAndTheRareOnesCountMost) {
   EXPECT_EQ(matches[0].a, 9);
   EXPECT_NEAR(matches[0].weight - matches[1].weight, std::log(9.0), 1e-9);
   EXPECT_EQ(candidateMatches(a, b, kSame, 3).size(), 3U);
+}
+
+TEST(Consistency, ManyLikeThingsAreToldApartByWhatStandsAround) {
+  std::mt19937 random(5);
+  const Pose T_a_b = uprightPose(2, Vec3(30, -5, 0));
+  const std::vector<Landmark> a = randomLandmarks(random, 1200, 250);
+  std::vector<Landmark> b = moved(T_a_b.inverse(), a);
+  std::shuffle(b.begin(), b.end(), random);
+  for (Landmark& l : b) {
+    l.mean += randomVector(random, 0.05);
+  }
+  const auto candidates = candidateMatches(a, b, kSame, 6000);
+  EXPECT_EQ(candidates.size(), 6000U);
+  std::vector<int> partners(b.size());
+  int right = 0;
+  for (const Match& m : candidates) {
+    ++partners[static_cast<std::size_t>(m.b)];
+    right +=
+        (a[static_cast<std::size_t>(m.a)].mean - T_a_b * b[static_cast<std::size_t>(m.b)].mean).norm() < 0.2 ? 1 : 0;
+  }
+  EXPECT_EQ(*std::min_element(partners.begin(), partners.end()), 5);
+  EXPECT_EQ(*std::max_element(partners.begin(), partners.end()), 5);
+  EXPECT_GT(right, 1000);
+  const auto found = findHypotheses(a, b, candidates, 3);
+  ASSERT_FALSE(found.empty());
+  EXPECT_LT((found.front().T_a_b.matrix() - T_a_b.matrix()).cwiseAbs().maxCoeff(), 0.1);
+  EXPECT_GT(found.front().clique.size(), 1000U);
+}
+
+TEST(Consistency, RareThingsKeepTheirPartnersAmongManyLikeOnes) {
+  std::mt19937 random(6);
+  std::vector<Landmark> a = randomLandmarks(random, 300, 100, 1);
+  for (const Landmark& l : randomLandmarks(random, 10, 100, 2)) {
+    a.push_back(l);
+  }
+  const auto candidates = candidateMatches(a, a, kSame, 6000);
+  EXPECT_LE(candidates.size(), 6000U);
+  EXPECT_EQ(std::count_if(candidates.begin(), candidates.end(), [](const Match& m) { return m.a >= 300; }), 100);
+  EXPECT_GE(candidates.front().a, 300);
+}
+
+TEST(Consistency, MoreLikeThingsThanCandidates) {
+  std::mt19937 random(7);
+  const std::vector<Landmark> a = randomLandmarks(random, 3000, 500);
+  const auto candidates = candidateMatches(a, a, kSame, 2000);
+  EXPECT_EQ(candidates.size(), 2000U);
+  EXPECT_TRUE(std::all_of(candidates.begin(), candidates.end(), [](const Match& m) { return m.a == m.b; }));
 }
 
 TEST(Consistency, SimilarClassesMatchAtAPrice) {
