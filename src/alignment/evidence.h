@@ -15,9 +15,9 @@ struct PlaceEvidence {
   double things_missed = 0;  // things of either map that the other has surveyed and lacks, by their share of leaves
   double thing_share = 0;    // of what should be there, what is: mean over the classes of things
   double thing_odds = 0;
-  int surfaces_seen = 0;     // leaves of stuff that stand upright, of either map, that the other has surveyed
-  double surface_share = 0;  // of them with a like surface of the other map on them
-  double chance_share = 0;   // the same a few metres beside: what a wrong transform would get
+  double surface_share =
+      0;  // upright leaves of stuff, of what the other has surveyed, with a like surface of it on them
+  double chance_share = 0;  // the same a few metres beside: what a wrong transform would get
   double surface_odds = 0;
   double overlap = 0;  // share of its upright leaves of stuff that the other has surveyed, of the smaller map
 

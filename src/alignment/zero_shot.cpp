@@ -28,6 +28,8 @@ constexpr double kThingsThere = 0.55;  // of the things that both maps have surv
 constexpr double kClearlyWorse = 0.5;  // of the best score
 constexpr double kMaxDeviation = 0.3;  // m
 constexpr double kMaxTurnDeviation = 1.0 * kDegree;
+constexpr double kUnheld = 100;  // m; beyond it a deviation is no figure to report
+constexpr double kUnheldTurn = 180 * kDegree;
 
 double square(double x) { return x * x; }
 
@@ -158,9 +160,11 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
   if (z.runner_up >= kClearlyWorse * z.score) {
     return fmt::format("ambiguous: another place scores {:.1f}", z.runner_up);
   }
-  if (deviations.first > kMaxDeviation || deviations.second > kMaxTurnDeviation) {
-    return fmt::format("degenerate: known to {:.2f} m and {:.2f} degrees only", deviations.first,
-                       deviations.second / kDegree);
+  if (!(deviations.first <= kMaxDeviation && deviations.second <= kMaxTurnDeviation)) {
+    const bool is_held = deviations.first <= kUnheld && deviations.second <= kUnheldTurn;
+    return is_held ? fmt::format("degenerate: known to {:.2f} m and {:.2f} degrees only", deviations.first,
+                                 deviations.second / kDegree)
+                   : "degenerate: not held in every direction";
   }
   return "";
 }
@@ -180,8 +184,11 @@ ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> s
   result.threshold = lnPlaces(candidates.size()) + std::log(kOddsAgainst);
   const std::vector<Place> places = c.reach > 0 ? findPlaces(c, candidates) : std::vector<Place>();
   if (places.empty()) {
-    result.reason = fmt::format("no two things in common: {} and {} things, {} pairs of like class and size",
-                                c.a.things.size(), c.b.things.size(), candidates.size());
+    result.reason =
+        c.reach > 0
+            ? fmt::format("no two pairs of things agree: {} and {} things, {} pairs of like class and size",
+                          c.a.things.size(), c.b.things.size(), candidates.size())
+            : fmt::format("no surveyed surface in common: {} and {} leaves", c.a.surfaces.size(), c.b.surfaces.size());
     return result;
   }
   const Place& best = places.front();
@@ -192,7 +199,6 @@ ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> s
     }
   }
   result.T_a_b = best.found.T_map_body;
-  result.information = best.found.information;
   result.score = best.evidence.odds();
   result.evidence = best.evidence;
   for (const Candidate& m : best.matches) {

@@ -16,7 +16,6 @@ namespace hgg {
 struct ZeroShot {
   bool accepted = false;
   Pose T_a_b = Pose::Identity();                 // maps b's coordinates into a's: of the best place, if there is any
-  Mat6 information = Mat6::Zero();               // of it, what the pairs say; tangent as in PoseBelief
   std::vector<std::pair<NodeId, NodeId>> pairs;  // matched things (a, b), ascending by a
   double score = 0;      // nats: how much likelier the two maps are of one place that lies so, than of two places
   double threshold = 0;  // nats: ln of the places looked at, and ln 1000
