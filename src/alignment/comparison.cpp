@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <string>
 
 #include "alignment/align.h"
@@ -49,39 +50,64 @@ double medianOf(std::vector<double> values) {
   return *middle;
 }
 
-/// The label in map a of every label in map b; itself where it is not in here.
+/// The label to compare by of every label of a map; itself where it is not in here.
 using Relabelling = std::map<ClassId, ClassId>;
 
-/// Names that a does not have get labels that neither map uses.
-Relabelling relabel(const std::map<ClassId, std::string>& names_a, const std::map<ClassId, std::string>& names_b) {
-  Relabelling relabelling;
+/// Labels that a map uses or names.
+std::set<ClassId> labelsOf(const Map& map) {
+  std::set<ClassId> labels;
+  for (const auto& [id, node] : map.nodes()) {
+    labels.insert(node.label);
+  }
+  for (const auto& [id, name] : map.classNames()) {
+    labels.insert(id);
+  }
+  return labels;
+}
+
+/// For a and for b, where both carry names: classes of one name get one label, that of a with the lowest id. What a
+/// does not name gets a label that neither map uses; but an id that neither names stays what it is.
+std::pair<Relabelling, Relabelling> relabel(const Map& a, const Map& b) {
+  std::pair<Relabelling, Relabelling> result;
+  const auto &names_a = a.classNames(), &names_b = b.classNames();
   if (names_a.empty() || names_b.empty()) {
-    return relabelling;
+    return result;
   }
   std::map<std::string, ClassId> by_name;
   for (const auto& [id, name] : names_a) {
-    by_name.emplace(name, id);
+    result.first[id] = by_name.emplace(name, id).first->second;
   }
+  const std::set<ClassId> used_a = labelsOf(a), used_b = labelsOf(b);
   ClassId spare = 65535;
-  for (const auto& [id, name] : names_b) {
-    if (const auto same = by_name.find(name); same != by_name.end()) {
-      relabelling[id] = same->second;
-      continue;
-    }
-    while (names_a.contains(spare) || names_b.contains(spare)) {
+  const auto nextSpare = [&] {
+    while (spare > 0 && (used_a.contains(spare) || used_b.contains(spare))) {
       --spare;
     }
-    relabelling[id] = spare--;
+    return spare > 0 ? spare-- : spare;
+  };
+  for (const ClassId id : used_b) {
+    const auto name = names_b.find(id);
+    if (name != names_b.end()) {
+      const auto [same, is_new] = by_name.try_emplace(name->second, 0);
+      same->second = is_new ? nextSpare() : same->second;
+      result.second[id] = same->second;
+    } else if (names_a.contains(id)) {
+      result.second[id] = nextSpare();
+    }
   }
-  return relabelling;
+  return result;
+}
+
+ClassId relabelled(const Relabelling& relabelling, ClassId label) {
+  const auto other = relabelling.find(label);
+  return other == relabelling.end() ? label : other->second;
 }
 
 MapView viewOf(const Map& map, const Relabelling& relabelling) {
   MapView view;
   std::vector<double> sizes;
   for (const auto& [id, node] : map.nodes()) {
-    const auto other = relabelling.find(node.label);
-    const ClassId label = other == relabelling.end() ? node.label : other->second;
+    const ClassId label = relabelled(relabelling, node.label);
     if (!node.stuff) {
       view.things.push_back(view.nodes.size());
       view.landmarks.push_back(landmarkOf(node, label));
@@ -100,19 +126,18 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
   return view;
 }
 
-/// Both ways round, in labels of map a.
+/// Both ways round, in labels to compare by.
 std::map<std::pair<ClassId, ClassId>, double> similarities(const std::map<ClassId, std::string>& names_a,
                                                            const std::map<ClassId, std::string>& names_b,
-                                                           const Relabelling& relabelling,
+                                                           const std::pair<Relabelling, Relabelling>& relabellings,
                                                            std::span<const SimilarClasses> similar) {
   std::map<std::pair<ClassId, ClassId>, double> table;
   for (const auto& [id_a, name_a] : names_a) {
     for (const auto& [id_b, name_b] : names_b) {
       for (const SimilarClasses& s : similar) {
         const bool is_this = (s.a == name_a && s.b == name_b) || (s.a == name_b && s.b == name_a);
-        const auto other = relabelling.find(id_b);
         if (is_this) {
-          table[{id_a, other == relabelling.end() ? id_b : other->second}] = s.similarity;
+          table[{relabelled(relabellings.first, id_a), relabelled(relabellings.second, id_b)}] = s.similarity;
         }
       }
     }
@@ -123,18 +148,19 @@ std::map<std::pair<ClassId, ClassId>, double> similarities(const std::map<ClassI
 }  // namespace
 
 Comparison::Comparison(const Map& map_a, const Map& map_b, std::span<const SimilarClasses> similar) {
-  const Relabelling relabelling = relabel(map_a.classNames(), map_b.classNames());
-  a = viewOf(map_a, {});
-  b = viewOf(map_b, relabelling);
-  similarity = [table = similarities(map_a.classNames(), map_b.classNames(), relabelling, similar)](ClassId x,
-                                                                                                    ClassId y) {
+  const auto relabellings = relabel(map_a, map_b);
+  a = viewOf(map_a, relabellings.first);
+  b = viewOf(map_b, relabellings.second);
+  similarity = [table = similarities(map_a.classNames(), map_b.classNames(), relabellings, similar)](ClassId x,
+                                                                                                     ClassId y) {
     const auto entry = table.find({x, y});
     return x == y ? 1.0 : entry == table.end() ? 0.0 : entry->second;
   };
-  if (a.surfaces.empty() || b.surfaces.empty()) {
+  const double reach_of_leaves = kReach * std::max(a.grain, b.grain);
+  if (a.surfaces.empty() || b.surfaces.empty() || !(reach_of_leaves > 0)) {
     return;
   }
-  reach = kReach * std::max(a.grain, b.grain);
+  reach = reach_of_leaves;
   index_a.emplace(a.surfaces, reach);
   index_b.emplace(b.surfaces, reach);
   wide_index_a.emplace(a.surfaces, 2 * reach);

@@ -12,7 +12,7 @@
 
 namespace hgg {
 
-/// A map as zero-shot alignment sees it. Labels are those of map a.
+/// A map as zero-shot alignment sees it. Labels are those of map a, one for each name.
 struct MapView {
   std::vector<const MapNode*> nodes;                             // ascending by id
   std::vector<std::size_t> things;                               // indices into nodes
@@ -27,7 +27,7 @@ struct MapView {
 struct Comparison {
   MapView a, b;
   Similarity similarity;
-  double reach = 0;  // m: a map has surveyed what has one of its leaves this near; 0 when either has no leaf
+  double reach = 0;  // m: a map has surveyed what has one of its leaves this near; 0 when either has no usable leaf
   std::optional<SurfaceIndex> index_a, index_b, wide_index_a;  // of one reach, the last of two
 
   /// Classes of map b are taken for those of a with the same name; where a map carries no names, with the same id.

@@ -1,17 +1,26 @@
 #include "alignment/surfaces.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace hgg {
+namespace {
+
+constexpr double kFarthest = 1e15;  // cells
+
+}  // namespace
 
 SurfaceIndex::SurfaceIndex(std::span<const Surface> surfaces, double radius) : radius_(radius) {
-  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+  for (std::size_t i = 0; radius > 0 && i < surfaces.size(); ++i) {
     cells_[keyOf(surfaces[i].mean, 0, 0, 0)].push_back({surfaces[i].mean, i});
   }
 }
 
 void SurfaceIndex::near(const Vec3& p, std::vector<std::size_t>& found) const {
   found.clear();
+  if (cells_.empty()) {
+    return;
+  }
   for (int dx = -1; dx <= 1; ++dx) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dz = -1; dz <= 1; ++dz) {
@@ -32,7 +41,9 @@ void SurfaceIndex::near(const Vec3& p, std::vector<std::size_t>& found) const {
 /// 21 bits an axis, modulo: what shares a cell from two million cells away is told apart by its distance.
 std::uint64_t SurfaceIndex::keyOf(const Vec3& p, int dx, int dy, int dz) const {
   const auto bits = [this](double x, int d) {
-    return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / radius_)) + d) & 0x1fffffU;
+    const double cell = std::floor(x / radius_);
+    const double inside = cell > -kFarthest ? std::min(cell, kFarthest) : -kFarthest;  // what is no number, too
+    return static_cast<std::uint64_t>(static_cast<std::int64_t>(inside) + d) & 0x1fffffU;
   };
   return bits(p.x(), dx) << 42U | bits(p.y(), dy) << 21U | bits(p.z(), dz);
 }

@@ -17,7 +17,7 @@ struct Surface {
   ClassId label = 0;
 };
 
-/// Finds surfaces near a point: a grid of cubic cells, one radius wide.
+/// Finds surfaces near a point: a grid of cubic cells, one radius wide. None where the radius is not above 0.
 class SurfaceIndex {
  public:
   SurfaceIndex(std::span<const Surface> surfaces, double radius);

@@ -65,6 +65,17 @@ World randomWorld(unsigned seed, int things = 30, double extent = 15) {
   return world;
 }
 
+/// An open yard with few things, which make any two yards with them look alike.
+World openYard(std::vector<Patch> things) {
+  World world;
+  world.things = std::move(things);
+  addFloor(world, 12);
+  for (const double y : {-9.0, 9.0}) {
+    addWall(world, Vec3(-9, y, 0), Vec3(18, 0, 0));
+  }
+  return world;
+}
+
 /// The map of a world by someone whose frame has the pose T_world_map, of what `sees` admits; things jitter by 2 cm.
 Map mapOfWorld(const World& world, const Pose& T_world_map, unsigned noise_seed,
                const std::function<bool(const Vec3&)>& sees = {}, std::map<ClassId, std::string> names = kNames) {
@@ -158,23 +169,12 @@ TEST(ZeroShot, OtherWorldsAreRefused) {
   }
 }
 
-/// An open yard with few things, which make any two yards with them look alike.
-World openYard(std::vector<Patch> things) {
-  World world;
-  world.things = std::move(things);
-  addFloor(world, 12);
-  for (const double y : {-9.0, 9.0}) {
-    addWall(world, Vec3(-9, y, 0), Vec3(18, 0, 0));
-  }
-  return world;
-}
-
 TEST(ZeroShot, TwoThingsMakeNoPlace) {
   const auto at = [](ClassId label, double x, double y) {
     return Patch{label, Vec3(x, y, 0.5), 0.01 * Mat3::Identity()};
   };
   const World yard = openYard({at(kLamp, -3, 1), at(kTable, 4, 2)});
-  World other = openYard({at(kLamp, 2, 4), at(kTable, 2, -3.1)});
+  const World other = openYard({at(kLamp, 2, 4), at(kTable, 2, -3.1)});
   const ZeroShot z = alignMaps(mapOfWorld(yard, Pose::Identity(), 1), mapOfWorld(other, frame(40, Vec3(1, 1, 0)), 2));
   EXPECT_FALSE(z.accepted);
   EXPECT_GT(z.score, z.threshold);
@@ -210,7 +210,30 @@ TEST(ZeroShot, NothingInCommonIsRefusedWithAReason) {
 
 TEST(ZeroShot, ThingsWithoutLeavesAreRefused) {
   Map map = mapOf({nodeAt(kChair, Vec3(0, 0, 0)), nodeAt(kChair, Vec3(5, 0, 0)), nodeAt(kTable, Vec3(0, 8, 0))});
-  EXPECT_FALSE(alignMaps(map, map).accepted);
+  const ZeroShot z = alignMaps(map, map);
+  EXPECT_FALSE(z.accepted);
+  EXPECT_NE(z.reason.find("no surveyed surface in common"), std::string::npos) << z.reason;
+}
+
+TEST(ZeroShot, LeavesOfNoExtentAreRefused) {
+  Map map = mapOfWorld(randomWorld(1), Pose::Identity(), 1);
+  std::vector<MapNode> nodes;
+  for (const auto& [id, node] : map.nodes()) {
+    nodes.push_back(node);
+    for (Leaf& leaf : nodes.back().leaves) {
+      leaf = packLeaf({unpackLeaf(leaf).mean, Mat3::Zero(), 50});
+    }
+  }
+  const ZeroShot z = alignMaps(mapOf(nodes), mapOf(nodes));
+  EXPECT_TRUE(z.T_a_b.matrix().allFinite());
+}
+
+TEST(ZeroShot, WhereNoTwoPairsAgreeThatIsTheReason) {
+  const World yard = openYard({{kLamp, Vec3(0, 0, 0.5), 0.01 * Mat3::Identity()}});
+  const Map map = mapOfWorld(yard, Pose::Identity(), 1);
+  const ZeroShot z = alignMaps(map, map);
+  EXPECT_FALSE(z.accepted);
+  EXPECT_NE(z.reason.find("no two pairs of things agree"), std::string::npos) << z.reason;
 }
 
 TEST(ZeroShot, OneClassOfThingsIsEnough) {
@@ -247,7 +270,8 @@ TEST(ZeroShot, ARowOfPolesThatGoesOnIsRefused) {
   const Map a = mapOfWorld(world, Pose::Identity(), 1, [](const Vec3& p) { return p.x() < 92; });
   const Map b = mapOfWorld(world, frame(10, Vec3(5, 0, 0)), 2, [](const Vec3& p) { return p.x() > 60; });
   const ZeroShot z = alignMaps(a, b);
-  EXPECT_FALSE(z.accepted) << z.reason;
+  EXPECT_FALSE(z.accepted);
+  EXPECT_NE(z.reason.find("ambiguous"), std::string::npos) << z.reason;
 }
 
 TEST(ZeroShot, ClassesAreMatchedByName) {
@@ -267,6 +291,27 @@ TEST(ZeroShot, ClassesAreMatchedByName) {
   const Map a = mapOfWorld(world, Pose::Identity(), 1);
   expectPose(alignMaps(a, mapOfWorld(renumbered, T_a_b, 2, {}, names)), T_a_b, 0.05, 0.3);
   EXPECT_FALSE(alignMaps(a, mapOfWorld(renumbered, T_a_b, 2, {}, {})).accepted);  // ids alone say otherwise
+}
+
+TEST(ZeroShot, TwoClassesOfOneNameAreOne) {
+  std::map<ClassId, std::string> names = kNames;
+  names[kTable] = "chair";
+  const Map map = mapOfWorld(randomWorld(6), Pose::Identity(), 1, {}, names);
+  const ZeroShot z = alignMaps(map, map);
+  expectPose(z, Pose::Identity(), 1e-3, 0.01);
+  EXPECT_EQ(z.pairs.size(), 30U);
+}
+
+TEST(ZeroShot, AnIdWithoutANameIsNotTakenForOneThatHasOne) {
+  std::map<ClassId, std::string> names = kNames;
+  names.erase(kChair);
+  const Map a = mapOfWorld(randomWorld(6), Pose::Identity(), 1);
+  const Map b = mapOfWorld(randomWorld(6), Pose::Identity(), 1, {}, names);
+  for (const auto& [i, j] : alignMaps(a, b).pairs) {
+    EXPECT_NE(a.nodes().at(i).label, kChair);
+    EXPECT_NE(b.nodes().at(j).label, kChair);
+  }
+  EXPECT_EQ(alignMaps(b, b).pairs.size(), 30U);  // nobody says that it is another
 }
 
 TEST(ZeroShot, ASoftClassMatchesWhenToldSo) {
