@@ -265,7 +265,10 @@ int alignStored(const Options& o) {
   const auto begin = std::chrono::steady_clock::now();
   const ZeroShot found = alignMaps(a->map, b->map, similar);
   const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  fmt::print("{}\n", o.json ? alignmentJson(found, ms) : describe(found));
+  const std::string answer = (o.json ? alignmentJson(found, ms) : describe(found)) + "\n";
+  if (std::fputs(answer.c_str(), stdout) < 0 || std::fflush(stdout) != 0) {
+    return fail("stdout: cannot write the answer");
+  }
   return found.accepted ? kDone : kNo;
 }
 
