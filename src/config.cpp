@@ -244,7 +244,12 @@ Result<LoadedConfig> loadConfig(const std::string& path) {
   if (config->classes.empty()) {
     return Result<LoadedConfig>::ok({*config, ClassTable::builtin()});
   }
-  Result<ClassTable> classes = ClassTable::load((std::filesystem::path(path).parent_path() / config->classes).string());
+  const std::filesystem::path file = std::filesystem::path(path).parent_path() / config->classes;
+  if (!std::filesystem::is_regular_file(file)) {
+    return Result<LoadedConfig>::fail(
+        fmt::format("{}: cannot read the class table (key 'classes' of {} names it)", file.string(), path));
+  }
+  Result<ClassTable> classes = ClassTable::load(file.string());
   return classes ? Result<LoadedConfig>::ok({*config, *classes}) : Result<LoadedConfig>::fail(classes.error);
 }
 

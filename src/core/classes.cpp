@@ -47,7 +47,7 @@ class EntryReader {
     std::vector<std::int64_t> labels;
     if (const toml::node* node = table_.get(key)) {
       const toml::array* array = node->as_array();
-      if (array == nullptr || !array->is_homogeneous(toml::node_type::integer)) {
+      if (array == nullptr || (!array->empty() && !array->is_homogeneous(toml::node_type::integer))) {
         complain(fmt::format("'{}' must be an array of label ids", key));
         return labels;
       }
@@ -141,7 +141,8 @@ std::vector<SimilarClasses> readSimilarClasses(const toml::table& table, const s
   std::vector<SimilarClasses> similar;
   const toml::node* node = table.get("similar");
   const toml::array* entries = node == nullptr ? nullptr : node->as_array();
-  if (node != nullptr && (entries == nullptr || !entries->is_homogeneous(toml::node_type::table))) {
+  if (node != nullptr &&
+      (entries == nullptr || (!entries->empty() && !entries->is_homogeneous(toml::node_type::table)))) {
     errors.push_back(source_name + ": 'similar' must be an array of tables");
     return similar;
   }
@@ -209,8 +210,7 @@ Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::st
 Result<ClassTable> ClassTable::load(const std::string& path) {
   const std::optional<std::string> text = readFile(path);
   if (!text) {
-    return Result<ClassTable>::fail(
-        fmt::format("{}: cannot read the class table (key 'classes' of the config names it)", path));
+    return Result<ClassTable>::fail(fmt::format("{}: cannot read the class table", path));
   }
   return parse(*text, path);
 }

@@ -128,6 +128,7 @@ TEST(ClassTable, SaysWhichFileCannotBeRead) {
     const auto table = ClassTable::load(path);
     EXPECT_FALSE(table);
     EXPECT_TRUE(has(table.error, path)) << table.error;
+    EXPECT_FALSE(has(table.error, "config")) << table.error;  // not every table is named by one
     EXPECT_EQ(std::count(table.error.begin(), table.error.end(), '\n'), 0);
   }
 }
@@ -141,6 +142,8 @@ TEST(ClassTable, SimilarClassesAreRead) {
   EXPECT_EQ(table->similar()[0].a, "chair");
   EXPECT_EQ(table->similar()[0].b, "armchair");
   EXPECT_EQ(table->similar()[0].similarity, 0.8);
+  const auto none = ClassTable::parse("similar = []\n" + classes, "t");
+  EXPECT_TRUE(none && none->similar().empty()) << none.error;
   for (const char* bad :
        {"[[similar]]\na = \"chair\"\nb = \"stool\"\n", "[[similar]]\na = \"chair\"\nb = \"stool\"\nsimilarity = 1.5\n",
         "[[similar]]\na = \"chair\"\nb = \"stool\"\nsimilarity = 0.0\n",
