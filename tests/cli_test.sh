@@ -101,6 +101,44 @@ for map in corrupt newer text missing; do
   [ ! -e export.json ] || complain "export.json was written from $map.hgg"
 done
 
+# Two maps: exit status, keys and numbers of the answer.
+if ! timeout 60 "${hggmap%/*}/hgg-sim" yard --sensor lidar16 --frames 15 --rate 5 -o yard.lcm --truth truth > sim.txt 2>&1 ||
+  ! timeout 60 "$hggmap" replay yard.lcm --config "$repo/firmware_cfg/semantickitti/hggmap.toml" --out yard > replay.txt 2>&1; then
+  complain "no map to align: $(tail -n 3 sim.txt replay.txt)"
+fi
+timeout 60 "$hggmap" align yard/map.hgg yard/map.hgg --json > answer.json 2> stderr < /dev/null
+code=$?
+[ ! -s stderr ] || complain "align says on stderr: $(head -c 300 stderr)"
+python3 - $code answer.json <<'EOF' || complain "align of a map with itself, exit $code: $(head -c 600 answer.json)"
+import json, math, sys
+lines = open(sys.argv[2]).read().splitlines()
+assert len(lines) == 1, "not one line"
+answer = json.loads(lines[0])
+assert list(answer) == ["accepted", "T_a_b", "score", "threshold", "pairs", "reason", "evidence", "ms"], list(answer)
+assert answer["accepted"] is True and sys.argv[1] == "0", "refused"
+T = answer["T_a_b"]
+assert len(T) == 12 and all(math.isfinite(v) for v in T)
+assert max(abs(v - w) for v, w in zip(T, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0])) < 1e-2, T
+assert answer["score"] > answer["threshold"] and len(answer["pairs"]) >= 4
+assert all(a == b for a, b in answer["pairs"]) and answer["reason"]
+assert set(answer["evidence"]) == {"things_matched", "things_missed", "thing_share", "thing_odds", "overlap", "surface_share",
+                                   "chance_share", "surface_odds", "runner_up"}
+EOF
+says '^accepted: ' "$hggmap" align yard/map.hgg yard/map.hgg
+timeout 60 "$hggmap" align yard/map.hgg yard/map.hgg > /dev/full 2> stderr
+code=$?
+[ "$code" -eq 2 ] || complain "align exits $code where stdout is full"
+grep -q 'stdout' stderr || complain "align does not say that stdout is full: $(head -c 300 stderr)"
+for map in corrupt missing; do
+  expect 2 1 "$map\\.hgg" "$hggmap" align yard/map.hgg $map.hgg --json
+  [ ! -s stdout ] || complain "align answers where it failed: $(head -c 300 stdout)"
+done
+printf 'similar = 3\n[[class]]\nid = 1\nname = "x"\nkind = "ignore"\n' > classes.toml
+expect 2 1 'classes\.toml: .*similar' "$hggmap" align yard/map.hgg yard/map.hgg --classes classes.toml
+expect 2 1 'none\.toml: cannot read the class table$' "$hggmap" align yard/map.hgg yard/map.hgg --classes none.toml
+printf 'similar = []\n[[class]]\nid = 1\nname = "x"\nkind = "ignore"\n' > classes.toml
+says '^accepted: ' "$hggmap" align yard/map.hgg yard/map.hgg --classes classes.toml
+
 # Where the results go: each command to its own default, and nowhere at all on a bad URL's account.
 expect 2 1 '.' "$hggmap" replay text.log
 [ ! -e out/run ] || complain "replay wrote into out/run"
