@@ -11,7 +11,7 @@ where they overlap by 2 % or less or are of different worlds; what lies between 
   tools/evaluate_align.py --build build --work /tmp/align --quick        # a few pairs of each world
 
 Submaps are kept in --work, nothing in the repository. Writes WORK/align.md and WORK/align.json. Exit 0: the bounds hold; 1: they do
-not; 2: a command failed. Standard library only.
+not; 2: a command failed, or there is nothing to judge. Standard library only.
 """
 import argparse, concurrent.futures, itertools, json, math, pathlib, random, re, shutil, struct, subprocess, sys
 
@@ -360,6 +360,7 @@ def main():
     parser.add_argument("--threads", type=int, default=2, help="of the simulator [2]")
     parser.add_argument("--quick", action="store_true", help="5 pairs of each kind in each world")
     args = parser.parse_args()
+    args.work.mkdir(parents=True, exist_ok=True)
     rows = []
     for name in args.only or WORLDS:
         if not (args.data / "kitti_trajectories").exists() and "--path" in WORLDS[name][0]:
@@ -369,11 +370,14 @@ def main():
         with concurrent.futures.ThreadPoolExecutor(2) as pool:
             rows += pool.map(lambda pair: judge(args, pair), choose_pairs(drives, 5 if args.quick else args.pairs))
         print(f"{name}: {len(rows)} pairs so far", file=sys.stderr)
+    positive = [r for r in rows if r["kind"] == "positive"]
+    if not positive:
+        print(f"nothing to judge: {len(rows)} pairs, none of them of submaps that overlap", file=sys.stderr)
+        sys.exit(2)
     report = "\n\n".join(["# Alignment of two maps", table(rows), by_overlap(rows), margins(rows), "Failures:", failures(rows)])
     (args.work / "align.md").write_text(report + "\n")
     json.dump(rows, open(args.work / "align.json", "w"), indent=1)
     print(report)
-    positive = [r for r in rows if r["kind"] == "positive"]
     wrong = [r for r in rows if r["accepted"] and not r.get("right", False)]
     sys.exit(0 if not wrong and sum(r["right"] for r in positive) >= MIN_SUCCESS * len(positive) else 1)
 
