@@ -194,12 +194,23 @@ void weighSurfaces(const Comparison& c, const Pose& T_a_b, PlaceEvidence& eviden
 }  // namespace
 
 std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b) {
+  const std::vector<Landmark>& a = c.a.landmarks;
+  std::vector<std::pair<double, std::size_t>> by_x;  // so that not every two things have to meet
+  double sigma_a = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    by_x.emplace_back(a[i].mean.x(), i);
+    sigma_a = std::max(sigma_a, a[i].sigma);
+  }
+  std::sort(by_x.begin(), by_x.end());
   std::vector<Candidate> candidates;
   for (std::size_t j = 0; j < c.b.landmarks.size(); ++j) {
     const Landmark& lb = c.b.landmarks[j];
     const Vec3 p = T_a_b * lb.mean;
-    for (std::size_t i = 0; i < c.a.landmarks.size(); ++i) {
-      const Landmark& la = c.a.landmarks[i];
+    const double farthest = std::sqrt(kGate) * std::hypot(sigma_a, lb.sigma);
+    for (auto it = std::lower_bound(by_x.begin(), by_x.end(), std::pair(p.x() - farthest, std::size_t{0}));
+         it != by_x.end() && it->first <= p.x() + farthest; ++it) {
+      const std::size_t i = it->second;
+      const Landmark& la = a[i];
       const double cost = (p - la.mean).squaredNorm() / (square(la.sigma) + square(lb.sigma));
       if (cost < kGate && c.areLike(la.label, lb.label)) {
         candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});

@@ -246,6 +246,18 @@ TEST(ZeroShot, OneClassOfThingsIsEnough) {
   expectPose(alignMaps(mapOfWorld(world, Pose::Identity(), 1), mapOfWorld(world, T_a_b, 2)), T_a_b, 0.05, 0.3);
 }
 
+TEST(ZeroShot, AMapOfManyLikeThingsLiesOnItself) {
+  World world = randomWorld(5, 1200, 100);
+  for (Patch& thing : world.things) {
+    thing.label = kLamp;
+    thing.cov = 0.01 * Mat3::Identity();
+  }
+  const Pose T_a_b = frame(-60, Vec3(3, 3, 0));
+  const ZeroShot z = alignMaps(mapOfWorld(world, Pose::Identity(), 1), mapOfWorld(world, T_a_b, 2));
+  expectPose(z, T_a_b, 0.05, 0.3);
+  EXPECT_GT(z.pairs.size(), 1150U);
+}
+
 World lattice(int columns, int rows, double spacing) {
   World world;
   for (int x = 0; x < columns; ++x) {
