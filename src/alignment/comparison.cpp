@@ -111,7 +111,7 @@ MapView viewOf(const Map& map, const Relabelling& relabelling) {
     if (!node.stuff) {
       view.things.push_back(view.nodes.size());
       view.landmarks.push_back(landmarkOf(node, label));
-      view.trust.push_back(existence(node.classes, node.label, node.belief.kappa));
+      view.trust.push_back(existenceOf(node));
     }
     view.nodes.push_back(&node);
     const std::size_t first = view.surfaces.size();

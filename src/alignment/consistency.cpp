@@ -101,6 +101,7 @@ void Pairing::partnersOf(std::size_t j, std::vector<std::size_t>& partners) {
     }
   }
 }
+
 /// How many each may have, at least one, so that all have `limit` together: whoever has fewer leaves the rest to
 /// others.
 std::size_t shareOf(std::vector<std::size_t> counts, std::size_t limit) {

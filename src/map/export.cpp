@@ -36,7 +36,7 @@ Json toJson(const MapNode& node, const std::string& name) {
   j["cov"] = toJson(node.belief.cov);
   j["kappa"] = node.belief.kappa;
   j["position_cov"] = toJson(positionCovariance(node.belief));
-  j["existence"] = node.stuff ? 1.0 : existence(node.classes, node.label, node.belief.kappa);
+  j["existence"] = existenceOf(node);
   j["label_belief"] = Json::object({{std::to_string(node.label), 1.0}});
   if (!node.stuff) {
     j["label_belief"] = Json::object();

@@ -23,8 +23,10 @@ Belief unpackLeaf(const Leaf& leaf) {
   return b;
 }
 
-bool isBelieved(const MapNode& node) {
-  return node.stuff || existence(node.classes, node.label, node.belief.kappa) >= 0.5;
+double existenceOf(const MapNode& node) {
+  return node.stuff ? 1 : existence(node.classes, node.label, node.belief.kappa);
 }
+
+bool isBelieved(const MapNode& node) { return existenceOf(node) >= 0.5; }
 
 }  // namespace hgg

@@ -44,8 +44,11 @@ struct MapNode {
   Micros first_us = 0, last_us = 0;
 };
 
-/// True when there is more likely something of the node's class at its place than not; what is not believed in is kept,
-/// to learn about it, and not published. Stuff is believed in as it is.
+/// Probability that there is something of the node's class at its place; 1 for stuff, which is taken as it is.
+double existenceOf(const MapNode& node);
+
+/// True when there more likely is something than not; what is not believed in is kept, to learn about it, and not
+/// published.
 bool isBelieved(const MapNode& node);
 
 /// Edge of the relative neighbourhood graph with its weight (eq. rel_weights); a < b.

@@ -12,7 +12,7 @@ ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
   out.name = classes.name(node.label);
   out.belief = node.belief;
   out.stuff = node.stuff;
-  out.existence = node.stuff ? 1 : existence(node.classes, node.label, node.belief.kappa);
+  out.existence = existenceOf(node);
   out.class_probability = node.stuff ? 1 : weightOf(classProbabilities(node.classes), node.label);
   out.views = node.views;
   out.leaves = static_cast<std::int32_t>(node.leaves.size());
