@@ -5,30 +5,13 @@
 #include <cmath>
 #include <vector>
 
+#include "core/so3.h"
+
 namespace hgg {
 namespace {
 
 constexpr int kMaxIterations = 30;
 constexpr double kConverged = 1e-5;  // m and rad
-
-Mat3 skew(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
-
-Mat3 expRotation(const Vec3& w) {
-  const double angle = w.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, w / angle).toRotationMatrix() : Mat3::Identity();
-}
-
-/// Derivative of the rotation vector of Exp(w') Exp(w) by w' at 0: the inverse of the left Jacobian of SO(3).
-Mat3 inverseLeftJacobian(const Vec3& w) {
-  const double angle = w.norm();
-  const Mat3 W = skew(w);
-  const double k = angle < 1e-4 ? 1.0 / 12 : 1 / (angle * angle) - 0.5 / (angle * std::tan(0.5 * angle));
-  return Mat3::Identity() - 0.5 * W + k * W * W;
-}
 
 /// The terms of one pair: d = R mu_i + t - mu_j and y = W d.
 struct Term {
@@ -104,9 +87,8 @@ Vec6 dampedStep(const RegistrationSystem& system, double damping) {
 }  // namespace
 
 Vec6 poseDifference(const Pose& T, const Pose& T_0) {
-  const Eigen::AngleAxisd turn(Mat3(T.linear() * T_0.linear().transpose()));
   Vec6 xi;
-  xi << T.translation() - T_0.translation(), turn.angle() * turn.axis();
+  xi << T.translation() - T_0.translation(), logRotation(T.linear() * T_0.linear().transpose());
   return xi;
 }
 

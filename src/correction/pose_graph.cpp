@@ -1,0 +1,196 @@
+#include "correction/pose_graph.h"
+
+#include <ceres/iteration_callback.h>
+#include <ceres/problem.h>
+#include <ceres/solver.h>
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include "correction/factors.h"
+
+namespace hgg {
+namespace {
+
+/// Square of a loop's whitened error up to which it counts in full: 99 % of true ones (chi-square, 6 degrees of
+/// freedom).
+constexpr double kTrueLoop = 16.8;
+/// Before drift is corrected, true loops are far off too. So the scale starts where most loops count, at this many
+/// times their median, and is narrowed stage by stage.
+constexpr double kFirstScale = 2, kNarrowing = 16;
+constexpr int kMaxStages = 8, kStageIterations = 5, kLastIterations = 15;
+
+/// Ends a solve where it stands.
+class StopCallback : public ceres::IterationCallback {
+ public:
+  explicit StopCallback(const std::atomic<bool>* stop) : stop_(stop) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
+    return stop_ != nullptr && *stop_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::atomic<bool>* stop_;
+};
+
+struct PoseGraph {
+  std::vector<PoseBlock> poses;
+  std::vector<std::unique_ptr<ceres::CostFunction>> costs;  // one per edge
+  std::span<const PoseGraphEdge> edges;
+};
+
+double* poseOfEdge(PoseGraph& graph, int index) { return graph.poses[static_cast<std::size_t>(index)].data(); }
+
+/// Square of an edge's whitened error.
+double squaredError(PoseGraph& graph, std::size_t edge) {
+  const double* const blocks[2] = {poseOfEdge(graph, graph.edges[edge].a), poseOfEdge(graph, graph.edges[edge].b)};
+  Vec6 r;
+  graph.costs[edge]->Evaluate(blocks, r.data(), nullptr);
+  return r.squaredNorm();
+}
+
+std::vector<double> squaredLoopErrors(PoseGraph& graph) {
+  std::vector<double> errors;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    if (graph.edges[k].loop) {
+      errors.push_back(squaredError(graph, k));
+    }
+  }
+  return errors;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) {
+    return 0;
+  }
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Half the sum of squares of the chain and of the loss of the loops.
+double costOf(PoseGraph& graph, const ScalingLoss& loss) {
+  double cost = 0;
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    double rho[3] = {squaredError(graph, k), 1, 0};
+    if (graph.edges[k].loop) {
+      loss.Evaluate(rho[0], rho);
+    }
+    cost += 0.5 * rho[0];
+  }
+  return cost;
+}
+
+/// Which poses edges connect to the first.
+std::vector<bool> connectedToFirst(std::size_t pose_count, std::span<const PoseGraphEdge> edges) {
+  std::vector<std::size_t> root(pose_count);
+  std::iota(root.begin(), root.end(), std::size_t{0});
+  const auto find = [&root](std::size_t i) {
+    while (root[i] != i) {
+      i = root[i] = root[root[i]];
+    }
+    return i;
+  };
+  for (const PoseGraphEdge& e : edges) {
+    // The lower index leads, so the first pose leads its own component.
+    const auto [low, high] = std::minmax({find(static_cast<std::size_t>(e.a)), find(static_cast<std::size_t>(e.b))});
+    root[high] = low;
+  }
+  std::vector<bool> connected(pose_count);
+  for (std::size_t i = 0; i < pose_count; ++i) {
+    connected[i] = find(i) == 0;
+  }
+  return connected;
+}
+
+void addEdges(PoseGraph& graph, PoseManifold& manifold, ScalingLoss& loss, ceres::Problem& problem) {
+  const std::vector<bool> connected = connectedToFirst(graph.poses.size(), graph.edges);
+  for (std::size_t i = 0; i < graph.poses.size(); ++i) {
+    if (connected[i]) {
+      problem.AddParameterBlock(graph.poses[i].data(), kPoseSize, &manifold);
+    }
+  }
+  problem.SetParameterBlockConstant(graph.poses[0].data());
+  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+    const PoseGraphEdge& e = graph.edges[k];
+    if (connected[static_cast<std::size_t>(e.a)]) {
+      problem.AddResidualBlock(graph.costs[k].get(), e.loop ? &loss : nullptr, poseOfEdge(graph, e.a),
+                               poseOfEdge(graph, e.b));
+    }
+  }
+}
+
+struct Progress {
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Solves in place, narrowing the loss down to kTrueLoop.
+Progress minimize(PoseGraph& graph, ScalingLoss& loss, const std::atomic<bool>* stop) {
+  PoseManifold manifold;
+  ceres::Problem problem(borrowing());
+  addEdges(graph, manifold, loss, problem);
+  StopCallback callback(stop);
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.num_threads = 1;
+  options.logging_type = ceres::SILENT;
+  options.initial_trust_region_radius = 1e8;
+  options.callbacks.push_back(&callback);
+  Progress progress;
+  double scale = kFirstScale * kNarrowing * median(squaredLoopErrors(graph));
+  for (int stage = 0; stage <= kMaxStages; ++stage) {
+    scale /= kNarrowing;
+    const bool last = scale <= kTrueLoop || stage == kMaxStages;
+    loss.setScale(last ? kTrueLoop : scale);
+    options.max_num_iterations = last ? kLastIterations : kStageIterations;
+    options.function_tolerance = last ? 1e-8 : 1e-3;
+    ceres::Solver::Summary summary;
+    ceres::Solve(options, &problem, &summary);
+    progress.iterations += static_cast<int>(summary.iterations.size());
+    progress.converged = last && summary.termination_type == ceres::CONVERGENCE;
+    if (last || !summary.IsSolutionUsable() || (stop != nullptr && *stop)) {
+      break;
+    }
+  }
+  return progress;
+}
+
+}  // namespace
+
+PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges,
+                                 const std::atomic<bool>* stop) {
+  PoseGraphSolution solution;
+  solution.poses = poses;
+  PoseGraph graph{{}, {}, edges};
+  std::transform(poses.begin(), poses.end(), std::back_inserter(graph.poses), poseBlock);
+  for (const PoseGraphEdge& e : edges) {
+    graph.costs.push_back(relativePoseFactor(e.T_a_b, e.information));
+  }
+  const std::vector<PoseBlock> start = graph.poses;
+  ScalingLoss loss(kTrueLoop);
+  solution.cost_before = solution.cost_after = costOf(graph, loss);
+  const Progress progress = edges.empty() ? Progress{0, true} : minimize(graph, loss, stop);
+  solution.iterations = progress.iterations;
+  loss.setScale(kTrueLoop);
+  const double cost = costOf(graph, loss);
+  if (cost <= solution.cost_before) {
+    solution.cost_after = cost;
+    solution.converged = progress.converged;
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (graph.poses[i] != start[i]) {
+        solution.poses[i] = poseOf(graph.poses[i].data());
+      }
+    }
+  } else {
+    graph.poses = start;
+  }
+  for (const double error : squaredLoopErrors(graph)) {
+    double rho[3];
+    loss.Evaluate(error, rho);
+    solution.loop_weights.push_back(rho[1]);
+  }
+  return solution;
+}
+
+}  // namespace hgg
