@@ -85,8 +85,15 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visit("map", "active_radius", c.map.active_radius,
         KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
 
+  visit("correction", "loop_closure", c.correction.loop_closure,
+        KeyDoc{0, 0, "", "find places again and spread what had drifted over the way"});
+  visit("correction", "drift_reach", c.correction.drift_reach,
+        KeyDoc{0.01, 1000, "m", "parts of the map that may have drifted farther from the robot wait for a loop"});
+
   visit("ablation", "symmetric_merge", c.ablation.symmetric_merge,
         KeyDoc{0, 0, "", "for evaluation only: merge beliefs half and half, blind to their evidence"});
+  visit("ablation", "odometry_pose", c.ablation.odometry_pose,
+        KeyDoc{0, 0, "", "for evaluation only: poses are odometry's, the map is not asked"});
   visit("ablation", "cost", c.ablation.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

@@ -54,9 +54,15 @@ struct MapConfig {
   double active_radius = 100.0;
 };
 
+struct CorrectionConfig {
+  bool loop_closure = true;
+  double drift_reach = 0.5;
+};
+
 /// Weakened variants that an evaluation compares with; not for a robot.
 struct AblationConfig {
   bool symmetric_merge = false;
+  bool odometry_pose = false;
   std::string cost = "wasserstein";
 };
 
@@ -69,6 +75,7 @@ struct Config {
   CreationConfig creation;
   AlignmentConfig alignment;
   MapConfig map;
+  CorrectionConfig correction;
   AblationConfig ablation;
 };
 

@@ -146,7 +146,7 @@ int run(const Options& o) {
   if (!out) {
     return fail(out.error);
   }
-  Mapper mapper(config, loaded->classes, std::move(map));
+  Mapper mapper(config, loaded->classes, std::move(map), LoopTiming::kPrompt);
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
   };
@@ -197,10 +197,10 @@ int info(const Options& o) {
   fmt::print(
       "{}: {} objects (and {} candidates), {} leaves, {} edges, {} keyframes, revision {}, {:.1f} MB in memory\n",
       o.map, map.believedCount(), map.nodes().size() - map.believedCount(), map.leafCount(), stored->edges.size(),
-      map.keyframes().size(), map.revision(), map.megabytes());
-  if (!map.keyframes().empty()) {
-    fmt::print("time  {:.3f} .. {:.3f} s\n", static_cast<double>(map.keyframes().front().utime_us) * 1e-6,
-               static_cast<double>(map.keyframes().back().utime_us) * 1e-6);
+      map.keyframes().poses().size(), map.revision(), map.megabytes());
+  if (!map.keyframes().poses().empty()) {
+    fmt::print("time  {:.3f} .. {:.3f} s\n", static_cast<double>(map.keyframes().poses().front().utime_us) * 1e-6,
+               static_cast<double>(map.keyframes().poses().back().utime_us) * 1e-6);
   }
   if (!box.isEmpty()) {
     fmt::print("means x {:.1f} .. {:.1f}, y {:.1f} .. {:.1f}, z {:.1f} .. {:.1f} m\n", box.min().x(), box.max().x(),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <optional>
 
 #include "alignment/align.h"
@@ -38,6 +39,19 @@ std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<Class
   return names;
 }
 
+/// Two revisions as one.
+MapDelta joined(MapDelta first, MapDelta second) {
+  if (second.revision == 0) {
+    return first;
+  }
+  MapDelta both;
+  both.revision = second.revision;
+  std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
+  std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
+  std::erase_if(both.changed, [&](NodeId id) { return std::ranges::binary_search(both.removed, id); });
+  return both;
+}
+
 std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, const CreationConfig& config) {
   std::vector<GraphNode> nodes;
   nodes.reserve(ids.size());
@@ -70,40 +84,45 @@ std::string explainMismatch(const Map& map, const Config& config, const ClassTab
   return {};
 }
 
-Mapper::Mapper(Config config, ClassTable classes, Map map)
-    : config_(std::move(config)), classes_(std::move(classes)), map_(std::move(map)) {
+Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
+    : config_(std::move(config)),
+      classes_(std::move(classes)),
+      map_(std::move(map)),
+      loops_(config_, classes_.similar(), timing) {
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
+  if (config_.correction.loop_closure) {
+    map_.setReach(config_.correction.drift_reach);
+  }
 }
 
-PoseBelief Mapper::predict(const Pose& T_odom_body) const {
-  const Pose T_map_body = T_map_odom_ * T_odom_body;
-  const bool has_map = !map_.nodes().empty();
-  const auto predicted =
-      last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment) : std::nullopt;
-  return predicted.value_or(startPose(T_map_body, !has_map));
+std::optional<PoseBelief> Mapper::predict(const Pose& T_odom_body) const {
+  return last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment) : std::nullopt;
 }
 
 StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
-  const PoseBelief prediction = predict(frame.T_odom_body);
+  const auto predicted = predict(frame.T_odom_body);
+  const PoseBelief prior = predicted.value_or(startPose(T_map_odom_ * frame.T_odom_body, map_.nodes().empty()));
 
-  const LocalGraph local = createLocalGraph(frame, prediction.T_map_body, classes_, config_);
+  const LocalGraph local = createLocalGraph(frame, prior.T_map_body, classes_, config_);
   clock.lap("creation");
-  const Alignment alignment = align(local, map_, prediction, config_);
+  const Alignment alignment = align(local, map_, prior, config_);
   clock.lap("alignment");
-  const Pose& T_map_body = alignment.pose.T_map_body;
-  const double weight = last_ ? viewWeight(last_->pose.T_map_body.inverse() * T_map_body) : 1;
-  const std::vector<ClassEvidence> evidence = classEvidence(local, map_, T_map_body, weight, config_);
-  clock.lap("evidence");
-  report.delta = map_.apply(fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_));
+  const KeyframeId keyframe = map_.keyframes().last();
+  report.delta = update(frame, local, alignment, !predicted);
   clock.lap("update");
+  if (map_.keyframes().last() != keyframe) {
+    report.delta = joined(std::move(report.delta), correct());
+  }
+  clock.lap("correction");
 
-  last_ = {alignment.pose, frame.T_odom_body};
-  T_map_odom_ = T_map_body * frame.T_odom_body.inverse();
+  T_map_odom_ = last_->pose.T_map_body * frame.T_odom_body.inverse();
   report.utime_us = frame.utime_us;
-  report.T_map_body = T_map_body;
+  report.T_map_body = last_->pose.T_map_body;
+  report.keyframe = map_.keyframes().last();
+  report.T_keyframe_body = map_.keyframes().poses().back().T_map_body.inverse() * report.T_map_body;
   report.alignment = alignment.reason;
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
   report.T_map_odom = T_map_odom_;
@@ -111,6 +130,49 @@ StepReport Mapper::step(const Frame& frame) {
   report.unknown_labels = local.unknown_labels;
   report.nonfinite_points = local.nonfinite_points;
   return report;
+}
+
+MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
+  const Pose& T_map_body = alignment.pose.T_map_body;
+  const Pose T_last_body = last_ ? Pose(last_->pose.T_map_body.inverse() * T_map_body) : Pose::Identity();
+  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
+  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
+  travel_ = travelOn(travel_, T_last_body, alignment, is_jump, config_);
+  if (map_.keyframes().needsOne(T_map_body)) {
+    update.ties = tiesOf(T_map_body, map_, local, alignment, travel_, config_);
+    travel_ = {};
+  }
+  last_ = {alignment.pose, frame.T_odom_body};
+  return mergeWoken(map_.apply(std::move(update)));
+}
+
+MapDelta Mapper::correct() {
+  MapDelta delta;
+  if (!config_.correction.loop_closure) {
+    return delta;
+  }
+  if (const auto correction = loops_.step(map_)) {
+    const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
+    delta = mergeWoken(map_.apply(*correction));
+    follow(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
+  }
+  return delta;
+}
+
+MapDelta Mapper::mergeWoken(MapDelta delta) {
+  if (delta.woken.empty()) {
+    return delta;
+  }
+  MapUpdate merged = mergeDuplicates(map_, delta.woken, classes_, config_);
+  return joined(std::move(delta), map_.apply(std::move(merged)));
+}
+
+void Mapper::follow(const Pose& move) {
+  PoseBelief& pose = last_->pose;
+  pose.T_map_body = move * pose.T_map_body;
+  Mat6 turn = Mat6::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = move.linear();
+  pose.information = turn * pose.information * turn.transpose();
 }
 
 std::vector<Edge> Mapper::edges() const {

@@ -7,6 +7,8 @@
 
 #include "alignment/registration.h"
 #include "config.h"
+#include "correction/loop_closer.h"
+#include "correction/ties.h"
 #include "frame/frame.h"
 #include "map/map.h"
 
@@ -17,7 +19,9 @@ struct StepReport {
   Micros utime_us = 0;
   Pose T_map_body = Pose::Identity();
   Pose T_map_odom = Pose::Identity();
-  MapDelta delta;
+  KeyframeId keyframe = -1;                // the pose moves with this one
+  Pose T_keyframe_body = Pose::Identity();
+  MapDelta delta;                          // of the step as a whole
   std::string alignment;  // how the pose came about: "aligned", "degenerate" or "odometry"
   int degenerate = 0;     // directions in which it is odometry's
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
@@ -30,16 +34,17 @@ struct StepReport {
 /// it can.
 std::string explainMismatch(const Map& map, const Config& config, const ClassTable& classes);
 
-/// The paper's system figure: frame -> creation -> alignment -> map update (-> correction).
+/// The paper's system figure: frame -> creation -> alignment -> map update -> correction.
 class Mapper {
  public:
-  Mapper(Config config, ClassTable classes, Map map = {});
+  Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed);
 
   StepReport step(const Frame& frame);
 
   const Map& map() const { return map_; }
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
+  const LoopCloser& loops() const { return loops_; }
   /// The relative neighbourhood graph of the nodes believed in, weighted (eq. rel_weights).
   std::vector<Edge> edges() const;
   /// Edges of that graph with an end among `ids` (ascending).
@@ -53,13 +58,22 @@ class Mapper {
   };
 
   /// Where odometry says the body is, before the map is asked.
-  PoseBelief predict(const Pose& T_odom_body) const;
+  std::optional<PoseBelief> predict(const Pose& T_odom_body) const;
+  /// Map update and what has to be done at once.
+  MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
+  /// Correction at a new keyframe.
+  MapDelta correct();
+  MapDelta mergeWoken(MapDelta delta);
+  /// Moves the present pose along with the last keyframe.
+  void follow(const Pose& move);
 
   Config config_;
   ClassTable classes_;
   Map map_;
+  LoopCloser loops_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;
+  Travel travel_;  // since the last keyframe
 };
 
 }  // namespace hgg

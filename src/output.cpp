@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <sstream>
 
 #include "core/text.h"
 #include "map/file.h"
@@ -11,8 +12,46 @@
 namespace hgg {
 namespace {
 
-/// The trajectory while it grows; an earlier run's stays whole until this one ends.
+/// The trajectory while it grows; an earlier run's stays whole until this one ends. A line holds the pose as it was
+/// known (t x y z qx qy qz qw) and, behind it, the keyframe it moves with and the pose in its frame.
 constexpr char kTrajectoryPart[] = "trajectory.tum.part";
+
+std::string poseText(const Pose& T) {
+  const Eigen::Quaterniond q(T.linear());
+  const Vec3 t = T.translation();
+  return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+Pose readPose(std::istream& in) {
+  Eigen::Quaterniond q;
+  Vec3 t;
+  in >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w();
+  Pose T = Pose::Identity();
+  T.linear() = q.normalized().toRotationMatrix();
+  T.translation() = t;
+  return T;
+}
+
+/// Writes every pose where its keyframe is in the end. False where a file fails.
+bool correctTrajectory(const std::string& part, const std::string& corrected, const KeyframeGraph& keyframes) {
+  std::ifstream in(part);
+  std::ofstream out(corrected, std::ios::trunc);
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line);
+    std::string time;
+    KeyframeId keyframe = -1;
+    words >> time;
+    readPose(words);
+    words >> keyframe;
+    const Pose T_keyframe_body = readPose(words);
+    if (!words || keyframe < 0 || keyframe > keyframes.last()) {
+      return false;
+    }
+    const Pose& T_map_keyframe = keyframes.poses()[static_cast<std::size_t>(keyframe)].T_map_body;
+    out << time << ' ' << poseText(T_map_keyframe * T_keyframe_body) << '\n';
+  }
+  return in.eof() && out.flush().good();
+}
 
 }  // namespace
 
@@ -28,11 +67,8 @@ Result<OutputDirectory> OutputDirectory::open(const std::string& directory) {
 }
 
 void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, const Map& map) {
-  const Eigen::Quaterniond q(report.T_map_body.linear());
-  const Vec3 t = report.T_map_body.translation();
-  trajectory_ << fmt::format("{}.{:06d} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}\n",
-                             report.utime_us / 1'000'000, report.utime_us % 1'000'000, t.x(), t.y(), t.z(), q.x(),
-                             q.y(), q.z(), q.w());
+  trajectory_ << fmt::format("{}.{:06d} {} {} {}\n", report.utime_us / 1'000'000, report.utime_us % 1'000'000,
+                             poseText(report.T_map_body), report.keyframe, poseText(report.T_keyframe_body));
   stats_.add(timing, map.megabytes());
 }
 
@@ -40,11 +76,15 @@ std::string OutputDirectory::finish(const Mapper& mapper, const RunCounters& cou
   // The map first: it is what the drive was for.
   std::vector<std::string> errors{saveMap(mapper.map(), mapper.edges(), path("map.hgg"))};
   trajectory_.close();
-  if (!trajectory_ || std::rename(path(kTrajectoryPart).c_str(), path("trajectory.tum").c_str()) != 0) {
+  const std::string part = path(kTrajectoryPart), corrected = path("trajectory.tum.tmp");
+  if (trajectory_ && correctTrajectory(part, corrected, mapper.map().keyframes()) &&
+      std::rename(corrected.c_str(), path("trajectory.tum").c_str()) == 0) {
+    std::remove(part.c_str());
+  } else {
     errors.push_back(fmt::format("{}: cannot write the trajectory (disk full?)", path("trajectory.tum")));
   }
   std::ofstream stats(path("stats.json"), std::ios::trunc);
-  if (!(stats << stats_.json(counters, mapper.map())) || !stats.flush()) {
+  if (!(stats << stats_.json(counters, mapper.map(), mapper.loops())) || !stats.flush()) {
     errors.push_back(fmt::format("{}: cannot write the statistics (disk full?)", path("stats.json")));
   }
   std::erase(errors, "");

@@ -98,7 +98,20 @@ void RunStats::add(const FrameTiming& timing, double map_mb) {
   }
 }
 
-std::string RunStats::json(const RunCounters& c, const Map& map) const {
+namespace {
+
+nlohmann::ordered_json toJson(const LoopRecord& loop) {
+  std::vector<double> rows;
+  for (Eigen::Index k = 0; k < 12; ++k) {
+    rows.push_back(loop.T_before_now.matrix()(k / 4, k % 4));
+  }
+  return {{"before_us", loop.before_us}, {"now_us", loop.now_us},       {"accepted", loop.accepted},
+          {"score", rounded(loop.score)}, {"T_before_now", rows}, {"reason", loop.reason}};
+}
+
+}  // namespace
+
+std::string RunStats::json(const RunCounters& c, const Map& map, const LoopCloser& loops) const {
   nlohmann::ordered_json j;
   j["frames"] = c.frames;
   j["dropped"] = c.dropped_busy + c.dropped_odometry + c.dropped_invalid;
@@ -115,9 +128,13 @@ std::string RunStats::json(const RunCounters& c, const Map& map) const {
   j["objects"] = map.believedCount();
   j["candidates"] = map.nodes().size() - map.believedCount();
   j["leaves"] = map.leafCount();
-  j["keyframes"] = map.keyframes().size();
-  j["loops_accepted"] = 0;
-  j["loops_rejected"] = 0;
+  j["keyframes"] = map.keyframes().poses().size();
+  j["loops_accepted"] = loops.accepted();
+  j["loops_rejected"] = loops.rejected();
+  j["loops"] = nlohmann::ordered_json::array();
+  for (const LoopRecord& loop : loops.records()) {
+    j["loops"].push_back(toJson(loop));
+  }
   j["memory"] = nlohmann::ordered_json::array();
   for (const MemorySample& m : memory_) {
     j["memory"].push_back({{"frame", m.frame},

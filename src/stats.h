@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "correction/loop_closer.h"
 #include "map/map.h"
 
 namespace hgg {
@@ -68,7 +69,7 @@ class RunStats {
  public:
   void add(const FrameTiming& timing, double map_mb);
   /// stats.json (keys in docs/operations.md). The memory and time curves have at most 200 points each.
-  std::string json(const RunCounters& counters, const Map& map) const;
+  std::string json(const RunCounters& counters, const Map& map, const LoopCloser& loops) const;
 
  private:
   struct MemorySample {

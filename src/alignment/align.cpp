@@ -114,6 +114,11 @@ Mat3 loosened(const Mat3& cov) {
 Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config) {
   Alignment alignment;
   alignment.pairs = coarseCorrespondence(local, map, prior.T_map_body, config);
+  if (config.ablation.odometry_pose) {
+    alignment.pose = prior;
+    alignment.reason = "odometry";
+    return alignment;
+  }
   auto objects = objectGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
   const auto edges = edgeGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
   objects.insert(objects.end(), edges.begin(), edges.end());

@@ -11,7 +11,8 @@ namespace hgg {
 namespace {
 
 constexpr std::size_t kMaxCandidates = 6000;
-constexpr std::size_t kPlaces = 8;  // registered and weighed
+constexpr std::size_t kPlaces = 8;            // registered and weighed
+constexpr std::size_t kPlacesWithPrior = 40;  // of which those within the prior are
 constexpr double kDegree = std::numbers::pi / 180;
 constexpr double kTilt = 2.5 * kDegree;  // of either map, standard deviation
 constexpr double kRobustScale = 2;       // standard deviations
@@ -105,11 +106,43 @@ Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
 
 // ------------------------------------------------------------------------------------------------ verdict
 
-std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candidates) {
+bool isWithin(const PlacePrior& prior, const Pose& T_a_b) {
+  const Pose off = T_a_b * prior.T_a_b.inverse();
+  return (T_a_b * prior.centre_b - prior.T_a_b * prior.centre_b).norm() <= prior.distance &&
+         Eigen::AngleAxisd(off.linear()).angle() <= prior.turn;
+}
+
+/// The place that odometry names, with the things that then meet.
+Hypothesis expected(const Comparison& c, const PlacePrior& prior) {
+  Hypothesis hypothesis;
+  hypothesis.T_a_b = prior.T_a_b;
+  for (const Candidate& m : matchThings(c, prior.T_a_b)) {
+    hypothesis.clique.push_back({m.row, m.column, 1});
+  }
+  return hypothesis;
+}
+
+std::vector<Hypothesis> hypothesesOf(const Comparison& c, std::span<const Match> candidates,
+                                     const std::optional<PlacePrior>& prior) {
+  if (!prior) {
+    return findHypotheses(c.a.landmarks, c.b.landmarks, candidates, kPlaces);
+  }
+  auto hypotheses = findHypotheses(c.a.landmarks, c.b.landmarks, candidates, kPlacesWithPrior);
+  std::erase_if(hypotheses, [&](const Hypothesis& h) { return !isWithin(*prior, h.T_a_b); });
+  hypotheses.resize(std::min(hypotheses.size(), kPlaces));
+  hypotheses.push_back(expected(c, *prior));
+  return hypotheses;
+}
+
+std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candidates,
+                              const std::optional<PlacePrior>& prior) {
   std::vector<Place> places;
-  for (const Hypothesis& hypothesis : findHypotheses(c.a.landmarks, c.b.landmarks, candidates, kPlaces)) {
+  for (const Hypothesis& hypothesis : hypothesesOf(c, candidates, prior)) {
     Place place;
     place.found = registerPlace(c, hypothesis);
+    if (prior && !isWithin(*prior, place.found.T_map_body)) {
+      continue;
+    }
     place.matches = matchThings(c, place.found.T_map_body);
     place.evidence = weighPlace(c, place.found.T_map_body, place.matches);
     places.push_back(std::move(place));
@@ -169,20 +202,23 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
   return "";
 }
 
-/// ln of the places that were looked at: every two candidates make one.
-double lnPlaces(std::size_t candidates) {
+/// ln of the places that were looked at: every two candidates make one, and within a prior there are as many as differ.
+double lnPlaces(std::size_t candidates, const std::optional<PlacePrior>& prior) {
   const auto n = static_cast<double>(candidates);
-  return std::log(std::max(1.0, 0.5 * n * (n - 1)));
+  const double found = std::max(1.0, 0.5 * n * (n - 1));
+  const double within = prior ? square(1 + prior->distance) * (1 + prior->turn / (5 * kDegree)) : found;
+  return std::log(std::min(found, within));
 }
 
 }  // namespace
 
-ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar) {
+ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar,
+                   const std::optional<PlacePrior>& prior) {
   ZeroShot result;
   const Comparison c(a, b, similar);
   const auto candidates = candidateMatches(c.a.landmarks, c.b.landmarks, c.similarity, kMaxCandidates);
-  result.threshold = lnPlaces(candidates.size()) + std::log(kOddsAgainst);
-  const std::vector<Place> places = c.reach > 0 ? findPlaces(c, candidates) : std::vector<Place>();
+  result.threshold = lnPlaces(candidates.size(), prior) + std::log(kOddsAgainst);
+  const std::vector<Place> places = c.reach > 0 ? findPlaces(c, candidates, prior) : std::vector<Place>();
   if (places.empty()) {
     result.reason =
         c.reach > 0

@@ -140,11 +140,6 @@ RadiusLaw radiusLaw(const CreationConfig& config, double radius_min) {
   return {static_cast<float>(radius_min), static_cast<float>(slope)};
 }
 
-Tile tileOf(const Vec3& p_map, double tile_size) {
-  const Eigen::Array3i t = (p_map / tile_size + Vec3::Constant(0.5)).array().floor().cast<int>();
-  return {t[0], t[1], t[2]};
-}
-
 Instances segmentInstances(const Frame& frame, const Pose& T_map_body, const ClassTable& classes,
                            const Config& config) {
   Instances out;

@@ -30,9 +30,6 @@ struct Instances {
 /// r(d) with the beam spacing of the config and the given smallest radius (m).
 RadiusLaw radiusLaw(const CreationConfig& config, double radius_min);
 
-/// The tile of a map-frame position.
-Tile tileOf(const Vec3& p_map, double tile_size);
-
 Instances segmentInstances(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config);
 
 }  // namespace hgg

@@ -35,7 +35,7 @@ Json toJson(const MapNode& node, const std::string& name) {
   j["mean"] = toJson(node.belief.mean);
   j["cov"] = toJson(node.belief.cov);
   j["kappa"] = node.belief.kappa;
-  j["position_cov"] = toJson(positionCovariance(node.belief));
+  j["position_cov"] = toJson(positionCovariance(node));
   j["existence"] = existenceOf(node);
   j["label_belief"] = Json::object({{std::to_string(node.label), 1.0}});
   if (!node.stuff) {
@@ -96,7 +96,7 @@ std::string exportJson(const StoredMap& stored) {
   }
   j["regions"] = Json::array();
   j["keyframes"] = Json::array();
-  for (const TimedPose& k : map.keyframes()) {
+  for (const TimedPose& k : map.keyframes().poses()) {
     const Eigen::Quaterniond q(k.T_map_body.linear());
     const Vec3 t = k.T_map_body.translation();
     j["keyframes"].push_back({{"utime", k.utime_us}, {"pose", {t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w()}}});

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <set>
 #include <span>
 
 #include "core/text.h"
@@ -22,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "the file is written a
 
 constexpr std::string_view kMagic = "HGGMAP\r\n";
 constexpr std::string_view kEnd = "END.";
-constexpr std::uint32_t kVersion = 2, kVersionWithoutClasses = 1;
+constexpr std::uint32_t kVersion = 3, kVersionWithoutTies = 2, kVersionWithoutClasses = 1;
 constexpr std::size_t kFrameBytes = 4U << 20;
 constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
 constexpr int kCompressionLevel = 3;
@@ -134,6 +133,7 @@ void putNode(Writer& w, const MapNode& node) {
   w.put(node.T_map_object);
   w.put(node.views);
   w.put(node.first_us), w.put(node.last_us);
+  w.put(node.anchor);
   w.put(static_cast<std::uint32_t>(node.leaves.size()));
   for (const Leaf& leaf : node.leaves) {
     for (const float v : leaf.mean) {
@@ -172,6 +172,7 @@ MapNode getNode(Reader& r, std::uint32_t version) {
   node.T_map_object = r.pose();
   node.views = r.get<std::int32_t>();
   node.first_us = r.get<Micros>(), node.last_us = r.get<Micros>();
+  node.anchor = version > kVersionWithoutTies ? r.get<KeyframeId>() : -1;
   node.leaves.resize(r.count(r.get<std::uint32_t>(), sizeof(Leaf)));
   for (Leaf& leaf : node.leaves) {
     for (float& v : leaf.mean) {
@@ -201,10 +202,17 @@ Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
   w.put(map.tileSize());
   w.put(map.revision());
   w.put(map.nextId());
-  w.put(static_cast<std::uint64_t>(map.keyframes().size()));
-  for (const TimedPose& k : map.keyframes()) {
+  w.put(static_cast<std::uint64_t>(map.keyframes().poses().size()));
+  for (const TimedPose& k : map.keyframes().poses()) {
     w.put(k.utime_us);
     w.put(k.T_map_body);
+  }
+  w.put(static_cast<std::uint64_t>(map.keyframes().edges().size()));
+  for (const KeyframeEdge& e : map.keyframes().edges()) {
+    w.put(e.a), w.put(e.b);
+    w.put(e.T_a_b);
+    w.put(e.sigma), w.put(e.sigma_turn);
+    w.put(static_cast<std::uint8_t>(e.is_loop));
   }
   w.put(static_cast<std::uint64_t>(map.nodes().size()));
   for (const auto& [id, node] : map.nodes()) {
@@ -218,6 +226,42 @@ Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
   return w;
 }
 
+/// Maps from before keyframes had ties: each hangs on the one before it.
+void chain(KeyframeGraph& keyframes) {
+  for (KeyframeId k = 1; k <= keyframes.last(); ++k) {
+    const auto b = static_cast<std::size_t>(k);
+    const Pose T_a_b = keyframes.poses()[b - 1].T_map_body.inverse() * keyframes.poses()[b].T_map_body;
+    KeyframeEdge tie = alignedTie(k - 1, T_a_b);
+    tie.b = k;
+    keyframes.connect(tie);
+  }
+}
+
+KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
+  KeyframeGraph keyframes;
+  for (std::size_t n = r.count(r.get<std::uint64_t>(), 8 + 96); n > 0; --n) {
+    const auto utime_us = r.get<Micros>();
+    keyframes.add({utime_us, r.pose()});
+  }
+  if (version <= kVersionWithoutTies) {
+    chain(keyframes);
+    return keyframes;
+  }
+  for (std::size_t n = r.count(r.get<std::uint64_t>(), 4 + 4 + 96 + 16 + 1); n > 0; --n) {
+    KeyframeEdge e;
+    e.a = r.get<KeyframeId>(), e.b = r.get<KeyframeId>();
+    e.T_a_b = r.pose();
+    e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();
+    e.is_loop = r.get<std::uint8_t>() != 0;
+    r.require(e.a >= 0 && e.b >= 0 && e.a <= keyframes.last() && e.b <= keyframes.last() && e.sigma > 0 &&
+              e.sigma_turn > 0);
+    if (r.good()) {
+      keyframes.connect(e);
+    }
+  }
+  return keyframes;
+}
+
 /// nullopt when the payload does not follow the grammar.
 std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t version) {
   Reader r(payload);
@@ -229,18 +273,13 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   const auto tile_size = r.get<double>();
   const auto revision = r.get<std::int64_t>();
   const auto next_id = r.get<NodeId>();
-  std::vector<TimedPose> keyframes(r.count(r.get<std::uint64_t>(), 8 + 96));
-  for (TimedPose& k : keyframes) {
-    k.utime_us = r.get<Micros>();
-    k.T_map_body = r.pose();
-  }
+  KeyframeGraph keyframes = getKeyframes(r, version);
+  const auto keyframe_count = static_cast<KeyframeId>(keyframes.poses().size());
   std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), 8 + 3 + 12 + 80 + 96 + 24));
   NodeId last_id = 0;
-  std::set<std::pair<ClassId, Tile>> tiles;
   for (MapNode& node : nodes) {
     node = getNode(r, version);
-    r.require(node.id > last_id && node.belief.kappa >= 0 &&
-              (!node.stuff || tiles.emplace(node.label, node.tile).second));
+    r.require(node.id > last_id && node.belief.kappa >= 0 && node.anchor >= -1 && node.anchor < keyframe_count);
     last_id = node.id;
   }
   std::vector<Edge> edges(r.count(r.get<std::uint64_t>(), 20));
@@ -337,8 +376,8 @@ Result<StoredMap> decodeMap(std::string_view bytes) {
   }
   std::uint32_t version = 0;
   std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
-  if (version != kVersion && version != kVersionWithoutClasses) {
-    return Result<StoredMap>::fail(fmt::format("map format version {}, this hggmap reads versions {} and {}", version,
+  if (version < kVersionWithoutClasses || version > kVersion) {
+    return Result<StoredMap>::fail(fmt::format("map format version {}, this hggmap reads versions {} to {}", version,
                                                kVersionWithoutClasses, kVersion));
   }
   const Result<std::string> payload = decompress(bytes.substr(header_bytes));

@@ -300,4 +300,37 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
   return update;
 }
 
+MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, const ClassTable& classes,
+                          const Config& config) {
+  MapUpdate update;
+  update.pose = map.keyframes().poses().back();
+  const Merging merging = mergingOf(config);
+  Touched touched;
+  for (const NodeId id : woken) {
+    const MapNode* node = map.find(id);
+    if (node == nullptr) {
+      continue;
+    }
+    if (!node->stuff) {
+      touched.try_emplace(id, *node);
+      continue;
+    }
+    const MapNode* first = map.findTile(node->label, node->tile);
+    for (const NodeId other : map.activeOfTile(node->label, node->tile)) {
+      if (other != first->id && std::ranges::find(update.removed, other) == update.removed.end()) {
+        MapNode& keep = touched.try_emplace(first->id, *first).first->second;
+        absorb(keep, *map.find(other), merging.leaf_size, merging.rule);
+        update.removed.push_back(other);
+      }
+    }
+  }
+  mergeGhosts(map, touched, classes, config, update.removed);
+  for (auto& [id, node] : touched) {
+    if (node.belief.kappa != map.find(id)->belief.kappa) {
+      update.changed.push_back(std::move(node));
+    }
+  }
+  return update;
+}
+
 }  // namespace hgg

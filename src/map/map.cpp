@@ -7,9 +7,7 @@
 namespace hgg {
 namespace {
 
-constexpr double kCellSize = 10.0;         // m, of the index over node means
-constexpr double kKeyframeDistance = 2.0;  // m
-constexpr double kKeyframeAngle = 20.0 * M_PI / 180;
+constexpr double kCellSize = 10.0;  // m, of the index over node means
 
 /// Columns: places spread over the ground, and a robot looks farther than a house is high.
 Tile cellOf(const Vec3& mean) {
@@ -19,14 +17,6 @@ Tile cellOf(const Vec3& mean) {
 
 double cellsBetween(const Tile& low, const Tile& high) {
   return (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
-}
-
-bool isNewKeyframe(const std::vector<TimedPose>& keyframes, const Pose& T_map_body) {
-  if (keyframes.empty()) {
-    return true;
-  }
-  const Pose step = keyframes.back().T_map_body.inverse() * T_map_body;
-  return step.translation().norm() >= kKeyframeDistance || Eigen::AngleAxisd(step.linear()).angle() >= kKeyframeAngle;
 }
 
 }  // namespace
@@ -39,6 +29,15 @@ std::size_t Map::CellHash::operator()(const Cell& c) const {
 MapDelta Map::apply(MapUpdate update) {
   MapDelta delta;
   delta.revision = ++revision_;
+  if (keyframes_.needsOne(update.pose.T_map_body)) {
+    const KeyframeId id = keyframes_.add(update.pose);
+    anchored_.emplace_back();
+    for (KeyframeEdge& tie : update.ties) {
+      tie.b = id;
+      keyframes_.connect(tie);
+    }
+    findActive(delta);
+  }
   for (const NodeId id : update.removed) {
     erase(id);
   }
@@ -53,16 +52,61 @@ MapDelta Map::apply(MapUpdate update) {
   }
   for (MapNode& node : update.created) {
     node.id = next_id_++;
+    node.anchor = keyframes_.last();
     delta.changed.push_back(node.id);
     insert(std::move(node));
   }
   delta.removed = std::move(update.removed);
   std::sort(delta.changed.begin(), delta.changed.end());
   std::sort(delta.removed.begin(), delta.removed.end());
-  if (isNewKeyframe(keyframes_, update.pose.T_map_body)) {
-    keyframes_.push_back(update.pose);
-  }
+  std::erase_if(delta.woken, [&](NodeId id) { return find(id) == nullptr; });
   return delta;
+}
+
+MapDelta Map::apply(const MapCorrection& correction) {
+  MapDelta delta;
+  delta.revision = ++revision_;
+  for (const auto& [id, T_map_body] : correction.moved) {
+    const Pose move = T_map_body * keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body.inverse();
+    keyframes_.move(id, T_map_body);
+    for (const NodeId moved : anchored_[static_cast<std::size_t>(id)]) {
+      MapNode& node = nodes_.at(moved);
+      unindex(node);
+      node.belief = transform(move, node.belief);
+      node.T_map_object = move * node.T_map_object;
+      node.tile = node.stuff && tile_size_ > 0 ? tileOf(node.belief.mean, tile_size_) : node.tile;
+      index(node);
+      delta.changed.push_back(moved);
+    }
+  }
+  for (const KeyframeEdge& loop : correction.loops) {
+    keyframes_.connect(loop);
+  }
+  findActive(delta);
+  std::sort(delta.changed.begin(), delta.changed.end());
+  return delta;
+}
+
+void Map::findActive(MapDelta& delta) {
+  if (!std::isfinite(reach_)) {
+    return;  // all are
+  }
+  const std::vector<Drift> drift = keyframes_.driftFrom(keyframes_.last(), reach_);
+  std::vector<bool> before = std::move(active_);
+  before.resize(drift.size(), true);
+  active_.assign(drift.size(), false);
+  for (std::size_t k = 0; k < drift.size(); ++k) {
+    active_[k] = drift[k].position >= 0;
+    if (active_[k] && !before[k]) {
+      delta.woken.insert(delta.woken.end(), anchored_[k].begin(), anchored_[k].end());
+    }
+  }
+  std::sort(delta.woken.begin(), delta.woken.end());
+}
+
+bool Map::isActive(const MapNode& node) const {
+  const auto anchor = static_cast<std::size_t>(node.anchor);
+  return node.anchor < 0 || anchor >= active_.size() || active_[anchor];
 }
 
 const MapNode* Map::find(NodeId id) const {
@@ -72,10 +116,27 @@ const MapNode* Map::find(NodeId id) const {
 
 const MapNode* Map::findTile(ClassId label, const Tile& tile) const {
   const auto it = tiles_.find({label, tile});
-  return it == tiles_.end() ? nullptr : find(it->second);
+  if (it == tiles_.end()) {
+    return nullptr;
+  }
+  const auto active = std::ranges::find_if(it->second, [&](NodeId id) { return isActive(*find(id)); });
+  return active == it->second.end() ? nullptr : find(*active);
+}
+
+std::vector<NodeId> Map::activeOfTile(ClassId label, const Tile& tile) const {
+  const auto it = tiles_.find({label, tile});
+  std::vector<NodeId> ids = it == tiles_.end() ? std::vector<NodeId>() : it->second;
+  std::erase_if(ids, [&](NodeId id) { return !isActive(*find(id)); });
+  return ids;
 }
 
 std::vector<NodeId> Map::near(const Vec3& centre, double radius) const {
+  std::vector<NodeId> ids = nearActiveOrNot(centre, radius);
+  std::erase_if(ids, [&](NodeId id) { return !isActive(*find(id)); });
+  return ids;
+}
+
+std::vector<NodeId> Map::nearActiveOrNot(const Vec3& centre, double radius) const {
   std::vector<NodeId> ids;
   const auto take = [&](NodeId id, const MapNode& node) {
     if ((node.belief.mean - centre).squaredNorm() <= radius * radius) {
@@ -114,30 +175,54 @@ std::size_t Map::believedCount() const {
 double Map::megabytes() const {
   // A tree node, its index entries and its class views cost about 150 B beside the payload.
   const std::size_t bytes =
-      nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) + keyframes_.size() * sizeof(TimedPose);
+      nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) +
+      keyframes_.poses().size() * sizeof(TimedPose) + keyframes_.edges().size() * (sizeof(KeyframeEdge) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
 
-Map Map::restore(std::vector<MapNode> nodes, std::vector<TimedPose> keyframes, std::map<ClassId, std::string> names,
+Map Map::restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<ClassId, std::string> names,
                  std::int64_t revision, NodeId next_id) {
   Map map;
+  map.keyframes_ = std::move(keyframes);
+  map.anchored_.resize(map.keyframes_.poses().size());
   map.next_id_ = std::max<NodeId>(next_id, 1);
   for (MapNode& node : nodes) {
     map.next_id_ = std::max(map.next_id_, node.id + 1);
     map.insert(std::move(node));
   }
-  map.keyframes_ = std::move(keyframes);
   map.class_names_ = std::move(names);
   map.revision_ = revision;
   return map;
 }
 
-void Map::insert(MapNode node) {
+void Map::index(const MapNode& node) {
   cells_[cellOf(node.belief.mean)].push_back(node.id);
   if (node.stuff) {
-    tiles_[{node.label, node.tile}] = node.id;
+    std::vector<NodeId>& ids = tiles_[{node.label, node.tile}];
+    ids.insert(std::ranges::upper_bound(ids, node.id), node.id);
   }
+}
+
+void Map::unindex(const MapNode& node) {
+  const auto drop = [&](auto& ids_of, const auto& key) {
+    const auto entry = ids_of.find(key);
+    std::erase(entry->second, node.id);
+    if (entry->second.empty()) {
+      ids_of.erase(entry);
+    }
+  };
+  drop(cells_, cellOf(node.belief.mean));
+  if (node.stuff) {
+    drop(tiles_, TileKey{node.label, node.tile});
+  }
+}
+
+void Map::insert(MapNode node) {
+  index(node);
   leaf_count_ += node.leaves.size();
+  if (node.anchor >= 0) {
+    anchored_.at(static_cast<std::size_t>(node.anchor)).push_back(node.id);
+  }
   const NodeId id = node.id;
   if (!nodes_.emplace(id, std::move(node)).second) {
     std::abort();  // a caller inserted an id twice
@@ -150,13 +235,9 @@ void Map::erase(NodeId id) {
     std::abort();  // a caller changed or removed a node the map does not have
   }
   const MapNode& node = it->second;
-  const auto cell = cells_.find(cellOf(node.belief.mean));
-  std::erase(cell->second, id);
-  if (cell->second.empty()) {
-    cells_.erase(cell);
-  }
-  if (node.stuff) {
-    tiles_.erase({node.label, node.tile});
+  unindex(node);
+  if (node.anchor >= 0) {
+    std::erase(anchored_[static_cast<std::size_t>(node.anchor)], id);
   }
   leaf_count_ -= node.leaves.size();
   nodes_.erase(it);

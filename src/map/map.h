@@ -1,18 +1,16 @@
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "map/keyframes.h"
 #include "map/node.h"
 
 namespace hgg {
-
-struct TimedPose {
-  Micros utime_us = 0;
-  Pose T_map_body = Pose::Identity();
-};
 
 /// What a frame takes the place of a thing of the map for: the part of a view for each class, one in all when all of
 /// the thing is in it.
@@ -24,10 +22,17 @@ struct ClassEvidence {
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
   TimedPose pose;
+  std::vector<KeyframeEdge> ties;       // of the pose to keyframes, should it become one; their b is not used
   std::vector<MapNode> changed;         // existing ids, whole new state
   std::vector<MapNode> created;         // id 0: the map gives them one
   std::vector<NodeId> removed;          // absorbed into another node, or faded
   std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
+};
+
+/// What correction does to the map: keyframes and where they are to be, and loops that were closed.
+struct MapCorrection {
+  std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
+  std::vector<KeyframeEdge> loops;
 };
 
 /// Ids a revision touched, for subscribers.
@@ -35,22 +40,33 @@ struct MapDelta {
   std::int64_t revision = 0;
   std::vector<NodeId> changed;  // created, changed or witnessed, ascending
   std::vector<NodeId> removed;  // ascending
+  std::vector<NodeId> woken;    // active from now on, ascending: may be there twice
 };
 
 /// The global scene graph. Only apply() mutates it.
+///
+/// A node is active when its anchor lies within the reach of the last keyframe (KeyframeGraph::driftFrom). What is not
+/// may have drifted so far that a frame would be laid over the wrong part of it: frames meet active nodes only, until a
+/// loop is closed.
 class Map {
  public:
   MapDelta apply(MapUpdate update);
+  /// Moves each node rigidly with its anchor. Tiles are named anew by where they have come to lie.
+  MapDelta apply(const MapCorrection& correction);
 
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }
   const MapNode* find(NodeId id) const;
+  /// The active node of a tile, the oldest where there are more; nullptr when there is none.
   const MapNode* findTile(ClassId label, const Tile& tile) const;
-  /// Ids of nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not on the
-  /// map.
+  /// All of them, ascending: what has moved may have come to lie on another.
+  std::vector<NodeId> activeOfTile(ClassId label, const Tile& tile) const;
+  /// Ids of active nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not
+  /// on the map.
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
-  /// Poses of the keyframes, oldest first: one every 2 m or 20 degrees of motion, so that a robot at rest costs
-  /// nothing.
-  const std::vector<TimedPose>& keyframes() const { return keyframes_; }
+  /// The same of all nodes.
+  std::vector<NodeId> nearActiveOrNot(const Vec3& centre, double radius) const;
+  bool isActive(const MapNode& node) const;
+  const KeyframeGraph& keyframes() const { return keyframes_; }
   std::int64_t revision() const { return revision_; }
   /// Class names of the table the map was built with; empty until set.
   const std::map<ClassId, std::string>& classNames() const { return class_names_; }
@@ -59,6 +75,9 @@ class Map {
   /// Edge of the tiles that bound its stuff nodes, m; 0 until set.
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
+  /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
+  void setReach(double reach) { reach_ = reach; }
+  double reach() const { return reach_; }
 
   /// How many of the nodes are believed in.
   std::size_t believedCount() const;
@@ -71,7 +90,7 @@ class Map {
 
   /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above
   /// them.
-  static Map restore(std::vector<MapNode> nodes, std::vector<TimedPose> keyframes, std::map<ClassId, std::string> names,
+  static Map restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<ClassId, std::string> names,
                      std::int64_t revision, NodeId next_id = 1);
 
  private:
@@ -87,11 +106,17 @@ class Map {
 
   void insert(MapNode node);
   void erase(NodeId id);
+  void index(const MapNode& node);
+  void unindex(const MapNode& node);
+  void findActive(MapDelta& delta);
 
   std::map<NodeId, MapNode> nodes_;
   std::unordered_map<Cell, std::vector<NodeId>, CellHash> cells_;
-  std::map<TileKey, NodeId> tiles_;
-  std::vector<TimedPose> keyframes_;
+  std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
+  KeyframeGraph keyframes_;
+  std::vector<bool> active_;                    // keyframes
+  std::vector<std::vector<NodeId>> anchored_;   // to each keyframe
+  double reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;
   std::size_t leaf_count_ = 0;

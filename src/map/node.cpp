@@ -1,5 +1,7 @@
 #include "map/node.h"
 
+#include <algorithm>
+
 namespace hgg {
 
 Leaf packLeaf(const Belief& b) {
@@ -21,6 +23,19 @@ Belief unpackLeaf(const Leaf& leaf) {
       leaf.cov[4], leaf.cov[5], leaf.cov[2];
   b.kappa = leaf.kappa;
   return b;
+}
+
+Tile tileOf(const Vec3& p_map, double tile_size) {
+  const Eigen::Array3i t = (p_map / tile_size + Vec3::Constant(0.5)).array().floor().cast<int>();
+  return {t[0], t[1], t[2]};
+}
+
+Mat3 positionCovariance(const MapNode& node) {
+  constexpr double kViewShare = 0.7, kShare = 0.06;   // of the extent: of one view, and of all
+  constexpr double kViewNoise = 0.05, kNoise = 0.02;  // m
+  const double views = std::max(node.views, 1);
+  const double per_point = 1 / std::max(node.belief.kappa, 1.0) + kViewShare * kViewShare / views + kShare * kShare;
+  return per_point * node.belief.cov + (kViewNoise * kViewNoise / views + kNoise * kNoise) * Mat3::Identity();
 }
 
 double existenceOf(const MapNode& node) {

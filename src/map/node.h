@@ -18,6 +18,12 @@ struct Tile {
   auto operator<=>(const Tile&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
 
+/// The tile of a map-frame position.
+Tile tileOf(const Vec3& p_map, double tile_size);
+
+/// Index into the keyframes of a map, in the order of their making; -1 for none.
+using KeyframeId = std::int32_t;
+
 /// A finer Gaussian of a geometry graph, packed (40 B), in the object frame. cov holds entries 00,11,22,01,02,12.
 struct Leaf {
   std::array<float, 3> mean{};
@@ -41,6 +47,7 @@ struct MapNode {
   std::vector<Leaf> leaves;
   ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
   std::int32_t views = 0;  // objects of frames merged into this node
+  KeyframeId anchor = -1;  // the keyframe it was made from: what moves that moves this
   Micros first_us = 0, last_us = 0;
 };
 
@@ -50,6 +57,11 @@ double existenceOf(const MapNode& node);
 /// True when there more likely is something than not; what is not believed in is kept, to learn about it, and not
 /// published.
 bool isBelieved(const MapNode& node);
+
+/// How well the node's mean is known, m^2: cov / n_eff + sigma^2 I. Points of one view are not independent, so that
+/// kappa is not what counts: a view is worth 1 / 0.7^2 points and none of its noise less than 5 cm, all views together
+/// no more than 1 / 0.06^2 points and 2 cm.
+Mat3 positionCovariance(const MapNode& node);
 
 /// Edge of the relative neighbourhood graph with its weight (eq. rel_weights); a < b.
 struct Edge {

@@ -131,7 +131,7 @@ Result<PredictedGraph> graphOf(const json& root) {
 }
 
 Prediction predictionOf(const MapNode& node) {
-  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovariance(node.belief), {}};
+  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovariance(node), {}};
   object.geometry.reserve(node.leaves.size());
   for (const Leaf& leaf : node.leaves) {
     object.geometry.push_back(transform(node.T_map_object, unpackLeaf(leaf)));

@@ -1,0 +1,103 @@
+#include "correction/loop_closer.h"
+
+#include <chrono>
+#include <utility>
+
+#include "correction/pose_graph.h"
+
+namespace hgg {
+namespace {
+
+constexpr KeyframeId kAnswerAfter = 2;  // keyframes
+constexpr std::size_t kMostRecords = 1000;
+/// A loop that the pose graph trusts less is none.
+constexpr double kTrusted = 0.5;
+
+std::vector<PoseGraphEdge> edgesOf(const KeyframeGraph& graph) {
+  std::vector<PoseGraphEdge> edges;
+  edges.reserve(graph.edges().size() + 1);
+  for (const KeyframeEdge& e : graph.edges()) {
+    PoseGraphEdge edge{e.a, e.b, e.T_a_b, Mat6::Zero(), e.is_loop};
+    edge.information.diagonal() << Vec3::Constant(1 / (e.sigma * e.sigma)),
+        Vec3::Constant(1 / (e.sigma_turn * e.sigma_turn));
+    edges.push_back(edge);
+  }
+  return edges;
+}
+
+std::vector<Pose> posesOf(const KeyframeGraph& graph) {
+  std::vector<Pose> poses;
+  poses.reserve(graph.poses().size());
+  for (const TimedPose& k : graph.poses()) {
+    poses.push_back(k.T_map_body);
+  }
+  return poses;
+}
+
+/// What brings the map as it is now to the poses that were found for its older keyframes.
+MapCorrection correctionOf(const std::vector<Pose>& found, const Map& map, const KeyframeEdge& loop) {
+  const std::vector<TimedPose>& now = map.keyframes().poses();
+  MapCorrection correction{{}, {loop}};
+  const Pose move = found.back() * now[found.size() - 1].T_map_body.inverse();
+  for (std::size_t k = 0; k < now.size(); ++k) {
+    correction.moved.emplace_back(static_cast<KeyframeId>(k), k < found.size() ? found[k] : move * now[k].T_map_body);
+  }
+  return correction;
+}
+
+}  // namespace
+
+LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGraph graph,
+                                      const std::vector<SimilarClasses>& similar, const Config& config) {
+  const LoopAnswer answer = verifyLoop(question, similar, config);
+  Closure closure{answer.loop, {}, {}};
+  closure.record = {question.keyframe_before.utime_us, question.keyframe_now.utime_us, answer.alignment.accepted,
+                    answer.alignment.score, answer.loop.T_a_b, answer.alignment.reason};
+  if (!closure.record.accepted) {
+    return closure;
+  }
+  graph.connect(answer.loop);
+  PoseGraphSolution solved = solvePoseGraph(posesOf(graph), edgesOf(graph));
+  if (!solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted) {
+    closure.poses = std::move(solved.poses);
+  } else {
+    closure.record.accepted = false;
+    closure.record.reason = "the other keyframes speak against it: " + closure.record.reason;
+  }
+  return closure;
+}
+
+bool LoopCloser::isDue(const Map& map) const {
+  if (!pending_.valid() || map.keyframes().last() < asked_at_ + kAnswerAfter) {
+    return false;
+  }
+  return timing_ == LoopTiming::kFixed || pending_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+std::optional<MapCorrection> LoopCloser::step(const Map& map) {
+  const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
+  descriptors_.resize(map.keyframes().poses().size());
+  descriptors_.back() = describePlace(map, here, descriptorRadius(config_));
+  if (isDue(map)) {
+    const Closure closure = pending_.get();
+    ++(closure.record.accepted ? accepted_ : rejected_);
+    records_.push_back(closure.record);
+    if (records_.size() > kMostRecords) {
+      records_.pop_front();
+    }
+    if (closure.record.accepted) {
+      return correctionOf(closure.poses, map, closure.loop);
+    }
+  }
+  if (!pending_.valid()) {
+    if (auto question = findLoopCandidate(map, descriptors_, config_)) {
+      asked_at_ = map.keyframes().last();
+      pending_ = std::async(std::launch::async,
+                            [question = std::move(*question), graph = map.keyframes(), similar = similar_,
+                             config = config_] { return close(question, graph, similar, config); });
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace hgg

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <deque>
+#include <future>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "config.h"
+#include "core/classes.h"
+#include "correction/loop_closure.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// When the answer to a question about a loop is taken.
+enum class LoopTiming {
+  kFixed,   // at a fixed later keyframe, waiting for it: the same log gives the same map
+  kPrompt,  // when it is there; frames never wait
+};
+
+/// What became of a question.
+struct LoopRecord {
+  Micros before_us = 0, now_us = 0;  // of the two keyframes
+  bool accepted = false;
+  double score = 0;  // nats, of the alignment
+  Pose T_before_now = Pose::Identity();
+  std::string reason;
+};
+
+/// Closes loops: asks at keyframes, lets the question be answered beside the frame work, and makes a correction of what
+/// is accepted. One question at a time.
+class LoopCloser {
+ public:
+  LoopCloser(const Config& config, std::vector<SimilarClasses> similar, LoopTiming timing)
+      : config_(config), similar_(std::move(similar)), timing_(timing) {}
+
+  /// To be called once after each new keyframe of `map`. Returns what an answer that is due makes of the map as it is
+  /// now: keyframes that are younger than the question go along with the newest of it.
+  std::optional<MapCorrection> step(const Map& map);
+
+  /// The newest, at most a thousand.
+  const std::deque<LoopRecord>& records() const { return records_; }
+  int accepted() const { return accepted_; }
+  int rejected() const { return rejected_; }
+
+ private:
+  struct Closure {
+    KeyframeEdge loop;
+    LoopRecord record;
+    std::vector<Pose> poses;  // of the keyframes there were when it was asked; empty unless accepted
+  };
+
+  static Closure close(const LoopQuestion& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
+                       const Config& config);
+  bool isDue(const Map& map) const;
+
+  Config config_;
+  std::vector<SimilarClasses> similar_;
+  LoopTiming timing_;
+  std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made
+  std::future<Closure> pending_;
+  KeyframeId asked_at_ = -1;
+  std::deque<LoopRecord> records_;
+  int accepted_ = 0, rejected_ = 0;
+};
+
+}  // namespace hgg

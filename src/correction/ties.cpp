@@ -1,0 +1,90 @@
+#include "correction/ties.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+namespace hgg {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+/// A keyframe's worth of motion.
+constexpr double kStep = 2, kStepTurn = 20 * kDegree;  // m, rad
+/// What alignment loses in it, as a share of a leaf's size and in turn: 0.35 m and 0.3 degrees in 100 m of street.
+constexpr double kLossShare = 0.05, kTurnLoss = 0.04 * kDegree;
+/// How well a frame lies on what it was aligned with.
+constexpr double kFitShare = 0.125, kFitTurn = 0.2 * kDegree;
+constexpr double kLost = 0.3, kLostTurn = 3 * kDegree;  // after a jump
+constexpr std::size_t kMostTies = 2;
+constexpr double kTieShare = 0.1;  // of the leaves that were aligned
+
+/// What of the pose the map does not hold.
+struct Unheld {
+  bool position = false, turn = false;
+};
+
+Unheld unheldOf(const Alignment& alignment) {
+  Unheld unheld{alignment.leaf_pairs == 0, alignment.leaf_pairs == 0};
+  for (const Vec6& direction : alignment.degenerate_directions) {  // of unit length
+    unheld.position |= direction.head<3>().norm() > 0.5;
+    unheld.turn |= direction.tail<3>().norm() > 0.5;
+  }
+  return unheld;
+}
+
+}  // namespace
+
+Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
+                const Config& config) {
+  if (is_jump) {
+    return {std::hypot(travel.sigma, kLost), std::hypot(travel.sigma_turn, kLostTurn)};
+  }
+  const double way = T_last_body.translation().norm(), turn = Eigen::AngleAxisd(T_last_body.linear()).angle();
+  const double steps = std::sqrt(way / kStep + turn / kStepTurn);
+  const AlignmentConfig& odometry = config.alignment;
+  const double by_odometry = odometry.odometry_drift * way;
+  const double turn_by_odometry = odometry.odometry_turn_deg * kDegree * way + odometry.odometry_drift * turn;
+  const Unheld unheld = unheldOf(alignment);
+  return {unheld.position ? travel.sigma + by_odometry
+                          : std::hypot(travel.sigma, steps * kLossShare * config.map.leaf_size),
+          unheld.turn ? travel.sigma_turn + turn_by_odometry : std::hypot(travel.sigma_turn, steps * kTurnLoss)};
+}
+
+std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const LocalGraph& local,
+                                 const Alignment& alignment, const Travel& travel, const Config& config) {
+  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  const KeyframeId last = map.keyframes().last();
+  if (last < 0) {
+    return {};
+  }
+  const auto tieTo = [&](KeyframeId k, double sigma, double sigma_turn) {
+    const Pose T_k_body = poses[static_cast<std::size_t>(k)].T_map_body.inverse() * T_map_body;
+    return KeyframeEdge{k, -1, T_k_body, std::max(sigma, 1e-4), std::max(sigma_turn, 1e-5), false};
+  };
+  std::vector<KeyframeEdge> ties{tieTo(last, travel.sigma, travel.sigma_turn)};
+  if (alignment.leaf_pairs == 0 || !alignment.degenerate_directions.empty()) {
+    return ties;
+  }
+  std::map<KeyframeId, double> leaves_of;
+  double leaves = 0;
+  for (const ObjectPair& pair : alignment.pairs) {
+    const auto count = static_cast<double>(local.objects[static_cast<std::size_t>(pair.local)].leaves.size());
+    leaves_of[map.find(pair.map)->anchor] += count;
+    leaves += count;
+  }
+  std::vector<std::pair<double, KeyframeId>> anchors;
+  for (const auto& [anchor, count] : leaves_of) {
+    if (anchor >= 0 && anchor != last && count >= kTieShare * leaves) {
+      anchors.emplace_back(-count, anchor);
+    }
+  }
+  std::sort(anchors.begin(), anchors.end());
+  anchors.resize(std::min(anchors.size(), kMostTies));
+  for (const auto& [count, anchor] : anchors) {
+    ties.push_back(tieTo(anchor, kFitShare * config.map.leaf_size, kFitTurn));
+  }
+  return ties;
+}
+
+}  // namespace hgg
