@@ -85,6 +85,12 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visit("map", "active_radius", c.map.active_radius,
         KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
 
+  visit("correction", "window", c.correction.window,
+        KeyDoc{0, 0, "", "refine the poses of the last keyframes by the objects seen from them"});
+  visit("correction", "em", c.correction.em,
+        KeyDoc{0, 0, "", "refine the leaves of objects by the points of the last keyframes"});
+  visit("correction", "em_points", c.correction.em_points,
+        KeyDoc{100, 10000000, "points", "most that one keyframe's refinement of leaves looks at"});
   visit("correction", "loop_closure", c.correction.loop_closure,
         KeyDoc{0, 0, "", "find places again and spread what had drifted over the way"});
   visit("correction", "drift_reach", c.correction.drift_reach,
@@ -94,6 +100,8 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
         KeyDoc{0, 0, "", "for evaluation only: merge beliefs half and half, blind to their evidence"});
   visit("ablation", "odometry_pose", c.ablation.odometry_pose,
         KeyDoc{0, 0, "", "for evaluation only: poses are odometry's, the map is not asked"});
+  visit("ablation", "uniform_weights", c.ablation.uniform_weights,
+        KeyDoc{0, 0, "", "for evaluation only: factors of the window weigh the same, whatever was seen"});
   visit("ablation", "cost", c.ablation.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

@@ -55,6 +55,9 @@ struct MapConfig {
 };
 
 struct CorrectionConfig {
+  bool window = true;
+  bool em = true;
+  int em_points = 20000;
   bool loop_closure = true;
   double drift_reach = 0.5;
 };
@@ -63,6 +66,7 @@ struct CorrectionConfig {
 struct AblationConfig {
   bool symmetric_merge = false;
   bool odometry_pose = false;
+  bool uniform_weights = false;
   std::string cost = "wasserstein";
 };
 

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <iterator>
 #include <optional>
+#include <utility>
 
 #include "alignment/align.h"
 #include "alignment/prediction.h"
@@ -114,7 +115,7 @@ StepReport Mapper::step(const Frame& frame) {
   report.delta = update(frame, local, alignment, !predicted);
   clock.lap("update");
   if (map_.keyframes().last() != keyframe) {
-    report.delta = joined(std::move(report.delta), correct());
+    report.delta = joined(std::move(report.delta), correct(local, alignment));
   }
   clock.lap("correction");
 
@@ -126,7 +127,7 @@ StepReport Mapper::step(const Frame& frame) {
   report.alignment = alignment.reason;
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
   report.T_map_odom = T_map_odom_;
-  report.points = local.points;
+  report.points = local.points.size();
   report.unknown_labels = local.unknown_labels;
   report.nonfinite_points = local.nonfinite_points;
   return report;
@@ -137,6 +138,7 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
   const Pose T_last_body = last_ ? Pose(last_->pose.T_map_body.inverse() * T_map_body) : Pose::Identity();
   const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
+  ++frames_;
   travel_ = travelOn(travel_, T_last_body, alignment, is_jump, config_);
   if (map_.keyframes().needsOne(T_map_body)) {
     update.ties = tiesOf(T_map_body, map_, local, alignment, travel_, config_);
@@ -146,15 +148,26 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
   return mergeWoken(map_.apply(std::move(update)));
 }
 
-MapDelta Mapper::correct() {
+MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   MapDelta delta;
-  if (!config_.correction.loop_closure) {
-    return delta;
+  const int frames = std::exchange(frames_, 0);
+  if (config_.correction.window) {
+    poses_.add(map_.keyframes().last(), local, alignment.pairs);
+    if (const auto correction = poses_.solve(map_, config_)) {
+      delta = carryOut(*correction);
+    }
   }
-  if (const auto correction = loops_.step(map_)) {
-    const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
-    delta = mergeWoken(map_.apply(*correction));
-    follow(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
+  if (config_.correction.em) {
+    geometry_.add(map_.keyframes().last(), local, alignment.pairs, frames, config_);
+    MapUpdate refined;
+    refined.pose = map_.keyframes().poses().back();
+    refined.changed = geometry_.refine(map_, config_);
+    delta = joined(std::move(delta), map_.apply(std::move(refined)));
+  }
+  if (config_.correction.loop_closure) {
+    if (const auto correction = loops_.step(map_)) {
+      delta = joined(std::move(delta), carryOut(*correction));
+    }
   }
   return delta;
 }
@@ -167,12 +180,16 @@ MapDelta Mapper::mergeWoken(MapDelta delta) {
   return joined(std::move(delta), map_.apply(std::move(merged)));
 }
 
-void Mapper::follow(const Pose& move) {
+MapDelta Mapper::carryOut(const MapCorrection& correction) {
+  const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
+  MapDelta delta = mergeWoken(map_.apply(correction));
+  const Pose move = map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse();
   PoseBelief& pose = last_->pose;
   pose.T_map_body = move * pose.T_map_body;
   Mat6 turn = Mat6::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = move.linear();
   pose.information = turn * pose.information * turn.transpose();
+  return delta;
 }
 
 std::vector<Edge> Mapper::edges() const {

@@ -7,7 +7,9 @@
 
 #include "alignment/registration.h"
 #include "config.h"
+#include "correction/geometry_window.h"
 #include "correction/loop_closer.h"
+#include "correction/pose_window.h"
 #include "correction/ties.h"
 #include "frame/frame.h"
 #include "map/map.h"
@@ -62,18 +64,21 @@ class Mapper {
   /// Map update and what has to be done at once.
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
   /// Correction at a new keyframe.
-  MapDelta correct();
+  MapDelta correct(const LocalGraph& local, const Alignment& alignment);
   MapDelta mergeWoken(MapDelta delta);
-  /// Moves the present pose along with the last keyframe.
-  void follow(const Pose& move);
+  /// Applies a correction; the present pose goes with the last keyframe.
+  MapDelta carryOut(const MapCorrection& correction);
 
   Config config_;
   ClassTable classes_;
   Map map_;
+  PoseWindow poses_;
+  GeometryWindow geometry_;
   LoopCloser loops_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;
-  Travel travel_;  // since the last keyframe
+  Travel travel_;   // since the last keyframe
+  int frames_ = 0;  // since the last keyframe
 };
 
 }  // namespace hgg

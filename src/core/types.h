@@ -21,4 +21,7 @@ struct Point {
   ClassId label;
 };
 
+/// A point of one instance or class: x, y, z and a padding zero, so that four lanes load at once.
+using PackedPoint = Eigen::Array4f;
+
 }  // namespace hgg

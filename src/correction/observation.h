@@ -7,8 +7,8 @@ namespace hgg {
 /// How far a view of an object is to be believed. The points of one scan are not independent, and a partial view or an
 /// uneven segment moves the centroid by more than Sigma / kappa.
 struct ObservationNoise {
-  double view_share = 0.3;       // a centroid's error per view, as a share of the object's own spread
-  double view_noise = 0.03;      // m, a centroid's error per view whatever the object's size
+  double view_share = 0.7;       // a centroid's error per view, as a share of the object's own spread
+  double view_noise = 0.05;      // m, a centroid's error per view whatever the object's size
   double most_views = 10;        // what a belief from before the window is worth at most
   bool uniform_weights = false;  // ablation: every observation weighs the same, whatever was seen
 };

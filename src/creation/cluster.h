@@ -1,15 +1,13 @@
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-namespace hgg {
+#include "core/types.h"
 
-/// A point of one instance or class: x, y, z and a padding zero, so that four lanes load at once.
-using PackedPoint = Eigen::Array4f;
+namespace hgg {
 
 /// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d). slope is the beam
 /// factor times the vertical beam spacing (rad): beams of a spinning LiDAR spread with range. slope < 0.15.

@@ -58,7 +58,6 @@ LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const Cl
   Instances instances = segmentInstances(frame, T_map_body, classes, config);
   LocalGraph graph;
   graph.utime_us = frame.utime_us;
-  graph.points = instances.points.size();
   graph.nonfinite_points = instances.nonfinite_points;
   graph.out_of_range_points = instances.out_of_range_points;
   graph.ignored_points = instances.ignored_points;
@@ -68,7 +67,9 @@ LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const Cl
   for (const Instance& instance : instances.list) {
     const auto points = std::span(instances.points).subspan(instance.begin, instance.end - instance.begin);
     graph.objects.push_back(createObject(instance, points, config.creation));
+    graph.objects.back().begin = instance.begin, graph.objects.back().end = instance.end;
   }
+  graph.points = std::move(instances.points);
   for (const LocalObject& object : graph.objects) {
     nodes.push_back({object.label, &object.belief});
   }

@@ -38,6 +38,14 @@ void KeyframeGraph::connect(const KeyframeEdge& edge) {
   edges_of_.at(static_cast<std::size_t>(edge.b)).push_back(index);
 }
 
+std::vector<KeyframeEdge> KeyframeGraph::edgesOf(KeyframeId id) const {
+  std::vector<KeyframeEdge> edges;
+  for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
+    edges.push_back(edges_[index]);
+  }
+  return edges;
+}
+
 std::vector<Drift> KeyframeGraph::driftFrom(KeyframeId from, double reach) const {
   std::vector<Drift> drift(poses_.size(), Drift{-1, 0});
   using Entry = std::tuple<double, double, KeyframeId>;  // position, turn, keyframe: ties in a fixed order

@@ -37,6 +37,8 @@ class KeyframeGraph {
  public:
   const std::vector<TimedPose>& poses() const { return poses_; }
   const std::vector<KeyframeEdge>& edges() const { return edges_; }
+  /// Edges of one keyframe, oldest first.
+  std::vector<KeyframeEdge> edgesOf(KeyframeId id) const;
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
 
   /// True when `T_map_body` is far enough from the last keyframe (or the first one) to be one.

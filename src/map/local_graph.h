@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/belief.h"
+#include "core/types.h"
 #include "map/node.h"
 
 namespace hgg {
@@ -23,6 +24,7 @@ struct LocalObject {
   Pose T_body_object = Pose::Identity();
   std::vector<LocalLeaf> leaves;
   std::vector<std::pair<int, int>> leaf_edges;  // relative neighbourhood graph over leaf means
+  std::size_t begin = 0, end = 0;               // its points among the graph's
 };
 
 struct LocalEdge {
@@ -35,7 +37,7 @@ struct LocalGraph {
   Micros utime_us = 0;
   std::vector<LocalObject> objects;
   std::vector<LocalEdge> edges;
-  std::size_t points = 0;  // kept
+  std::vector<PackedPoint> points;  // kept, body frame
   std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
 };
 

@@ -1,0 +1,88 @@
+#include "correction/pose_window.h"
+
+#include <algorithm>
+#include <map>
+
+namespace hgg {
+namespace {
+
+constexpr std::size_t kViews = 10;  // keyframes: M of eq. fgo
+/// The oldest pose is known as well as the map around it is.
+constexpr double kOldestSigma = 0.01, kOldestTurn = 1e-3;  // m, rad
+
+Mat6 informationOf(double sigma, double sigma_turn) {
+  Mat6 information = Mat6::Zero();
+  information.diagonal() << Vec3::Constant(1 / (sigma * sigma)), Vec3::Constant(1 / (sigma_turn * sigma_turn));
+  return information;
+}
+
+/// Ties between keyframes of the window, as measured when they were made.
+void addMotions(const Map& map, const std::map<KeyframeId, int>& index_of, WindowProblem& problem) {
+  for (const auto& [keyframe, index] : index_of) {
+    for (const KeyframeEdge& e : map.keyframes().edgesOf(keyframe)) {
+      const auto other = index_of.find(e.a);
+      if (e.b == keyframe && other != index_of.end()) {
+        problem.motions.push_back({other->second, index, e.T_a_b, informationOf(e.sigma, e.sigma_turn)});
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs) {
+  View view{keyframe, {}};
+  for (const ObjectPair& pair : pairs) {
+    const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
+    if (!object.stuff) {
+      view.seen_body.emplace_back(pair.map, object.belief);
+    }
+  }
+  views_.push_back(std::move(view));
+  if (views_.size() > kViews) {
+    views_.pop_front();
+  }
+}
+
+std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
+  WindowProblem problem;
+  std::map<KeyframeId, int> index_of;
+  std::map<NodeId, int> object_of;
+  for (const View& view : views_) {
+    const auto pose = static_cast<int>(problem.poses.size());
+    index_of[view.keyframe] = pose;
+    problem.poses.push_back(map.keyframes().poses()[static_cast<std::size_t>(view.keyframe)].T_map_body);
+    for (const auto& [id, belief_body] : view.seen_body) {
+      const MapNode* node = map.find(id);
+      if (node == nullptr) {
+        continue;
+      }
+      const auto [object, is_new] = object_of.try_emplace(id, static_cast<int>(problem.objects.size()));
+      if (is_new) {
+        problem.objects.push_back(node->belief);
+      }
+      Belief& prior = problem.objects[static_cast<std::size_t>(object->second)];
+      prior.kappa = std::max(0.0, prior.kappa - belief_body.kappa);  // from before the window
+      problem.observations.push_back({pose, object->second, belief_body});
+    }
+  }
+  if (problem.poses.size() < 2) {
+    return std::nullopt;
+  }
+  problem.oldest = {problem.poses.front(), informationOf(kOldestSigma, kOldestTurn)};
+  addMotions(map, index_of, problem);
+  WindowConfig window;
+  window.sigma_floor = config.creation.sigma_floor;
+  window.noise.uniform_weights = config.ablation.uniform_weights;
+  const WindowSolution solution = solveWindow(problem, window);
+  if (!solution.usable || solution.cost_after >= solution.cost_before) {
+    return std::nullopt;
+  }
+  MapCorrection correction;
+  for (const auto& [keyframe, index] : index_of) {
+    correction.moved.emplace_back(keyframe, solution.poses[static_cast<std::size_t>(index)]);
+  }
+  return correction;
+}
+
+}  // namespace hgg

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "config.h"
+#include "correction/window.h"
+#include "map/local_graph.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// What the last keyframes saw of things: the sliding window of eq. fgo. Its variables are the keyframes' poses and the
+/// objects; what it gives back are the poses. Objects follow them: their beliefs are merges of all that was seen, which
+/// the points' evidence determines better than a mean of views does.
+class PoseWindow {
+ public:
+  /// Takes what a new keyframe saw; `pairs` are its objects' nodes.
+  void add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs);
+
+  /// The keyframes where the window has them; nullopt when it is not usable or too short.
+  std::optional<MapCorrection> solve(const Map& map, const Config& config) const;
+
+ private:
+  struct View {
+    KeyframeId keyframe = -1;
+    std::vector<std::pair<NodeId, Belief>> seen_body;
+  };
+
+  std::deque<View> views_;
+};
+
+}  // namespace hgg
