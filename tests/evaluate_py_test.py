@@ -22,6 +22,8 @@ spec.loader.exec_module(evaluate)
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
+          "cost": {"frames": 5, "loops": [{"before_us": 1}]},
+          "loops": {"asked": 9, "accepted": 2, "false": 1, "worst_m": 1.25, "worst_deg": None, "revisits": 3, "revisits_asked": 2, "revisits_closed": 1},
           "classes": [], "odometry": None, "geometry": None, "retrieval": None,
           "trajectory": {"ate_rmse": 0.5, "share": 0.75, "T_truth_map": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}}
 STATS = {"frames": 5, "frame_ms": {"p50": 3, "p99": 9}, "stage_ms": {"creation": {"p50": 2}}, "map_mb": 1.5, "peak_rss_mb": 20,
@@ -98,6 +100,21 @@ class Arithmetic(unittest.TestCase):
         text = evaluate.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
         self.assertEqual(text, 'classes = "/x"\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 5\n[ablation]\nsymmetric_merge = true\n')
 
+    def test_keys_a_section_lacks_join_it(self):
+        toml = 'classes = "c.toml"\n\n[correction]\ndrift_reach = 0.5  # [m]\n\n[ablation]\ncost = "iou"\n'
+        text = evaluate.set_keys(toml, {"correction.em": "true", "ablation.odometry_pose": "true", "new.key": "1", "new.other": "2", "top": "3"})
+        self.assertEqual(text, 'classes = "c.toml"\ntop = 3\n\n[correction]\ndrift_reach = 0.5  # [m]\nem = true\n\n[ablation]\ncost = "iou"\n'
+                               'odometry_pose = true\n[new]\nkey = 1\nother = 2\n')
+
+    def test_figures_over_seeds_are_sums_and_worst(self):
+        columns = [("loops.accepted", sum, 0), ("loops.worst_m", max, 2)]
+        loops = lambda accepted, worst: {"loops": {"asked": 5, "accepted": accepted, "worst_m": worst}}
+        self.assertEqual(evaluate.over_seeds([loops(2, 0.3), loops(0, None)], columns), ["2", "0.30"])
+        self.assertEqual(evaluate.over_seeds([loops(0, None)], columns), ["0", "–"])
+        self.assertEqual(evaluate.over_seeds([{"loops": None}], columns), ["not yet", "not yet"])
+        self.assertEqual(evaluate.over_seeds([loops(2, 0.3), {"error": "x"}], columns), ["failed", "failed"])
+        self.assertEqual(evaluate.over_seeds([], columns), ["not run", "not run"])
+
     def test_a_path_is_known_by_what_is_in_its_files(self):
         with tempfile.TemporaryDirectory() as folder:
             files = Path(folder) / "gt.txt", Path(folder) / "odometry.txt"
@@ -161,7 +178,7 @@ class Command(unittest.TestCase):
         text = (self.dir / "out" / "evaluation.md").read_text()
         for part in ("## Objects, by world and odometry", "| yard | lidar64 | true | 4 ± 0 | 0.25 ± 0.00 | 1.00 ± 0.00 | 0.40 ± 0.00 | 0.50 ± 0.00 | 0.30 ± 0.00 | 12 ± 0 | 0.10 ± 0.00 | 0.07 ± 0.00 |\n",
                      "| 0.07 ± 0.00 | 6 ± 0 |\n", "| yard | good | 0.75 ± 0.00 | not yet |", "| programs | hgg-sim ",
-                     "| apartment | good | symmetric average, uniform weights | not yet |", "| yard | yes | yes | not yet |",
+                     "| apartment | good | symmetric average, uniform weights | not yet |", "| yard | map | yes | yes | not yet |",
                      "same place, two drives | not yet", "| yard | lidar64 | 5 | 3.0 | 9.0 | 2.0 | not yet | not yet | 1.50 | 1.50 | 20 |",
                      "--quick --only objects", "seeds | 1, 2"):
             self.assertIn(part, text)
@@ -316,14 +333,83 @@ class Command(unittest.TestCase):
         self.run_it("--only", "sensors", "--seeds", "1", "--full")
         self.assertEqual(worlds(), {"street", "office", "campus", "apartment"})
 
-    def test_one_real_path_is_enough(self):
+    def correcting(self, *keys):
+        """A mapper whose config has these keys."""
+        sections = {}
+        for key in keys:
+            sections.setdefault(key.split(".")[0], []).append(f"{key.split('.')[1]} = true  # x")
+        printed = "".join(f"[{name}]\\n" + "".join(f"{line}\\n" for line in lines) for name, lines in sections.items())
+        self.program("hggmap", MAP.replace(r"[ablation]\nsymmetric_merge = false  # x\n", printed))
+
+    def configs(self, *lines):
+        """How many maps were made with all of these lines in their config."""
+        texts = [f.read_text().splitlines() for f in (self.dir / "out" / "maps").glob("*/config.toml")]
+        return sum(all(line in text for line in lines) for text in texts)
+
+    LOOP_KEYS = ["ablation.odometry_pose", "alignment.odometry_drift", "alignment.odometry_turn_deg", "correction.loop_closure"]
+
+    def test_correction_is_taken_apart_as_far_as_the_mapper_has_it(self):
+        self.correcting(*self.LOOP_KEYS)
+        arguments = ["--only", "correction", "--worlds", "yard", "--seeds", "1,2"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        measured = "not yet | not yet | 0.50 ± 0.00 | not yet | 0.50 ± 0.00 | 4 | 2 |"
+        for row in ("map |  |  | " + measured, "map | yes |  | not yet | not yet | not yet |", "map |  | yes | " + measured,
+                    "map | yes | yes | not yet | not yet | not yet |", "odometry | shipped |  | " + measured, "odometry | shipped | yes | " + measured):
+            self.assertIn("| yard | " + row, out)
+        self.assertEqual(self.configs("loop_closure = false"), 4)
+        self.assertEqual(self.configs("loop_closure = true", "odometry_pose = true", "odometry_drift = 0.01", 'odometry = "POSE_ODOM_POOR"'), 2)
+        self.correcting(*self.LOOP_KEYS, "correction.em")
+        self.assertIn("| yard | map | yes | yes | " + measured, self.run_it(*arguments)[1])
+        self.assertEqual(self.configs("loop_closure = true", "em = false"), 2)
+
+    def test_loops_are_counted_over_all_seeds_and_whole_ways(self):
+        folder = self.dir / "data" / "kitti_trajectories"
+        folder.mkdir(parents=True)
+        for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
+            (folder / f"{name}.txt").write_text("1\n")
+        self.correcting(*self.LOOP_KEYS)
+        arguments = ["--only", "loops", "--seeds", "1", "--frames", "7", "--worlds", "street,office", "--data", self.dir / "data"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        for row in ("| along KITTI 05 | real front-end | map | 1 | not yet | 0.50 | 0.50 | 9 | 2 | 1 | 1.25 | – | 3 | 2 | 1 |",
+                    "| along KITTI 07 | real front-end | odometry | 1 |",
+                    "| street | poor | odometry | 5 | not yet | 0.50 ± 0.00 | 0.50 ± 0.00 | 45 | 10 | 5 | 1.25 | – | 15 | 10 | 5 |"):
+            self.assertIn(row, out)
+        self.assertNotIn("| office |", out)
+        self.assertNotIn("--frames 7", self.calls.read_text())
+        self.assertNotIn("KITTI 05", self.run_it(*arguments, "--paths", "07")[1])
+
+    def test_calibration_is_shown_before_and_after(self):
+        points = {"mean_over_3": 99, "median_over_3": 50, "inside_90": 0.01, "mean_sigma": 0.002}
+        scores = {**SCORES, "overall": {**SCORES["overall"], "calibration_by_points": points}}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps(scores)))
+        arguments = ["--only", "calibration", "--worlds", "apartment,street", "--seeds", "3"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| street | as shipped | 0.250 ± 0.000 | 99.00 ± 0.00 | 12.00 ± 0.00 | 50.00 ± 0.00 | not yet | 0.01 ± 0.00 | 0.10 ± 0.00 |", out)
+        self.assertIn("| street | without window | not yet |", out)
+        self.assertLess(out.index("| street |"), out.index("| apartment |"))
+        self.assertEqual(self.count("map"), 10)
+        self.correcting("correction.window")
+        self.assertIn("| street | without window | 0.250 ± 0.000 |", self.run_it(*arguments)[1])
+        self.assertEqual(self.configs("[correction]", "window = false"), 10)
+
+    def test_results_are_kept_without_the_list_of_loops(self):
+        self.run_it("--quick", "--only", "objects")
+        kept = [json.loads(f.read_text()) for f in (self.dir / "out" / "runs").glob("*/result.json")]
+        self.assertTrue(kept)
+        self.assertEqual(kept[0]["cost"], {"frames": 5})
+
+    def test_real_paths_are_chosen_by_name(self):
         folder = self.dir / "data" / "kitti_trajectories"
         folder.mkdir(parents=True)
         for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
             (folder / f"{name}.txt").write_text("1\n")
         arguments = ["--only", "trajectory", "--seeds", "1", "--worlds", "yard", "--data", self.dir / "data"]
-        self.assertNotIn("along KITTI 05", self.run_it(*arguments)[1])
-        self.assertIn("along KITTI 05", self.run_it(*arguments, "--full")[1])
+        self.assertIn("along KITTI 05", self.run_it(*arguments)[1])
+        self.assertNotIn("along KITTI 05", self.run_it(*arguments, "--paths", "07")[1])
+        self.assertNotIn("along KITTI", self.run_it(*arguments, "--paths", "")[1])
 
     def test_an_interrupt_ends_everything_with_one_line(self):
         self.program("hggmap", MAP.replace("replay) ;;", f"replay) echo $$ >> {self.dir}/pids; exec sleep 60;;"))

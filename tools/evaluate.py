@@ -112,17 +112,22 @@ def hash_of(path):
 
 
 def set_keys(toml, values):
-    """The TOML text with "section.key" -> value set; keys it does not have are appended in their section."""
-    section, left, lines = "", dict(values), []
+    """The TOML text with "section.key" -> value set; keys it does not have are appended to their section, which is made where it is missing."""
+    section, left, parts = "", dict(values), {"": []}
     for line in toml.splitlines():
         if line.startswith("["):
-            section = line[1:line.index("]")] + "."
-        key = section + line.split("=")[0].strip() if "=" in line and not line.startswith("#") else None
-        lines.append(f"{line.split('=')[0].strip()} = {left.pop(key)}" if key in left else line)
-    for name, value in left.items():
-        part, _, key = name.rpartition(".")
-        lines += [f"[{part}]" if part else "", f"{key} = {value}"]
-    return "\n".join(lines) + "\n"
+            section = line[1:line.index("]")]
+        name = line.split("=")[0].strip() if "=" in line and not line.startswith("#") else ""
+        key = f"{section}.{name}" if section else name
+        parts.setdefault(section, []).append(f"{name} = {left.pop(key)}" if key in left else line)
+    for key, value in left.items():
+        section, _, name = key.rpartition(".")
+        lines = parts.setdefault(section, [f"[{section}]"])
+        end = len(lines)
+        while end > 0 and not lines[end - 1].strip():
+            end -= 1
+        lines.insert(end, f"{name} = {value}")
+    return "\n".join(line for lines in parts.values() for line in lines) + "\n"
 
 
 class CommandFailed(Exception):
@@ -364,13 +369,14 @@ def save(path, data):
 
 
 def compact(printed, command):
-    """hgg-eval's answer without its lists of objects."""
+    """hgg-eval's answer without its lists of objects and loops."""
     scores = parsed(printed, command)
     try:
         for score in [scores["overall"], *scores["classes"]]:
             score["missed"], score["ghosts"] = len(score["missed"]), len(score["ghosts"])
             del score["matches"]
-    except (LookupError, TypeError) as error:
+        (scores.get("cost") or {}).pop("loops", None)
+    except (LookupError, TypeError, AttributeError) as error:
         raise CommandFailed(f"{command}: its JSON is not as expected: {told(error)}") from error
     return scores
 
@@ -458,6 +464,26 @@ def cells(results, columns):
             for path, digits in columns]
 
 
+def over_seeds(results, columns):
+    """A cell per (path, how, digits) column: how, such as sum or max, makes one figure of all seeds'."""
+    if not results:
+        return ["not run"] * len(columns)
+    if any("error" in r for r in results):
+        return [FAILED] * len(columns)
+    return [of_all([dig(r, path) for r in results], how, digits) if any(dig(r, "loops.asked") is not None for r in results) else NOT_YET
+            for path, how, digits in columns]
+
+
+def of_all(values, how, digits):
+    there = [v for v in values if v is not None]
+    return f"{how(there):.{digits}f}" if there else "–"
+
+
+LOOP_COLUMNS = [("loops.accepted", sum, 0), ("loops.false", sum, 0)]
+LOOP_DETAILS = [("loops.asked", sum, 0), *LOOP_COLUMNS, ("loops.worst_m", max, 2), ("loops.worst_deg", max, 2),
+                ("loops.revisits", sum, 0), ("loops.revisits_asked", sum, 0), ("loops.revisits_closed", sum, 0)]
+
+
 @dataclasses.dataclass
 class Table:
     name: str
@@ -525,8 +551,12 @@ class Matrix:
         return [run for world in self.args.worlds for odometry in self.niw_odometry() for _, switches in self.NIW
                 if self.workshop.has_switches(switches) for run in self.runs(world, None, odometry, switches)]
 
-    CORRECTION = [(em, loops, (("correction.em", str(em).lower()), ("correction.loop_closure", str(loops).lower())))
-                  for em, loops in ((False, False), (True, False), (False, True), (True, True))]
+    CORRECTION = [(False, False), (True, False), (False, True), (True, True)]  # EM, loops
+    # Poses are odometry's and the map is never asked, so that there is drift to close. The others say how good that odometry is:
+    # the shipped values are those of wheels, wide enough for alignment to correct.
+    ODOMETRY_POSE = (("ablation.odometry_pose", "true"), ("alignment.odometry_drift", "0.01"), ("alignment.odometry_turn_deg", "0.03"))
+    POSES = {"map": (), "odometry": ODOMETRY_POSE}
+    LOOP_WORLDS = ["hall", "street"]  # columns alike, and houses alike
 
     PAIRING = [(cost, (("ablation.cost", json.dumps(cost)),)) for cost in ("wasserstein", "centroid", "iou")]
     CONFUSION, CONFUSED_ODOMETRY = 0.05, ["true", "good", "poor"]
@@ -556,23 +586,63 @@ class Matrix:
         return [run for world in self.args.sensor_worlds for gate in self.GATES for _, switches in self.PAIRING
                 if self.workshop.has_switches(switches) for run in self.pairing_runs_of(world, gate, switches)]
 
-    def correction_switches(self, em, loops, switches):
-        """None where a stage is missing; today's mapper is the row without both."""
-        return switches if self.workshop.has_switches(switches) else None if em or loops else ()
+    def correction_switches(self, em, loops):
+        """None where a stage that is to run is missing; one that is not to run may be."""
+        wanted = (("correction.em", em), ("correction.loop_closure", loops))
+        switches = tuple((key, str(on).lower()) for key, on in wanted if on or self.workshop.has_switches([(key, on)]))
+        return switches if self.workshop.has_switches(switches) else None
+
+    def drift_switches(self, loops):
+        return (*self.ODOMETRY_POSE, ("correction.loop_closure", str(loops).lower()))
 
     def correction_odometry(self):
         return "poor" if "poor" in self.args.odometry else self.args.odometry[-1]
 
     def correction_runs(self):
-        return [run for world in self.args.worlds for row in self.CORRECTION if self.correction_switches(*row) is not None
-                for run in self.runs(world, None, self.correction_odometry(), self.correction_switches(*row))]
+        kinds = [self.correction_switches(*row) for row in self.CORRECTION] + [self.drift_switches(loops) for loops in (False, True)]
+        return [run for world in self.args.worlds for switches in kinds if switches is not None and self.workshop.has_switches(switches)
+                for run in self.runs(world, None, self.correction_odometry(), switches)]
+
+    def loop_rows(self):
+        """(words of the row, its runs): whole ways, as a loop takes one."""
+        rows = {}
+        for poses, switches in self.POSES.items():
+            for run in self.path_runs():
+                rows.setdefault((run.drive.world, run.odometry, poses), []).append(dataclasses.replace(run, switches=switches))
+            for world in (w for w in self.args.worlds if self.args.quick or w in self.LOOP_WORLDS):
+                for odometry in self.loop_odometry():
+                    rows[world, odometry, poses] = [Run(Drive(world, main_sensor(world), seed, self.args.frames if self.args.quick else 0), odometry, switches)
+                                                    for seed in self.more_seeds()]
+        return sorted(rows.items(), key=lambda row: (not row[0][0].startswith("along"), row[0][:2]))
+
+    def loop_odometry(self):
+        return [o for o in ("good", "poor") if o in self.args.odometry] or self.args.odometry[-1:]
+
+    def loop_runs(self):
+        return [run for _, runs in self.loop_rows() for run in runs if self.workshop.has_switches(run.switches)]
+
+    WINDOWS = {"as shipped": (), "without window": (("correction.window", "false"),)}
+
+    def calibration_rows(self):
+        """(world, window, its runs): the two worlds that are judged first."""
+        judged = [w for w in SENSOR_WORLDS if w in self.args.worlds]
+        return [(world, window, [Run(Drive(world, main_sensor(world), seed, self.args.frames), self.calibration_odometry(), switches)
+                                 for seed in self.more_seeds()])
+                for world in [*judged, *(w for w in self.args.worlds if w not in judged)] for window, switches in self.WINDOWS.items()
+                if not switches or world in self.args.sensor_worlds]
+
+    def calibration_odometry(self):
+        return "good" if "good" in self.args.odometry else self.args.odometry[0]
+
+    def calibration_runs(self):
+        return [run for _, _, runs in self.calibration_rows() for run in runs if self.workshop.has_switches(run.switches)]
 
     def path_runs(self):
         folder = self.args.data / "kitti_trajectories"
         if self.args.quick or not folder.is_dir():
             return []
-        files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in (("05", "07") if self.args.full else ("07",))]
-        return [Run(Drive(f"along KITTI {n}", "lidar64", seed, self.args.frames, False, (gt, odometry)), "real front-end")
+        files = [(n, str(folder / f"{n}_gt.txt"), str(folder / f"{n}_odometry.txt")) for n in self.args.paths]
+        return [Run(Drive(f"along KITTI {n}", "lidar64", seed, 0, False, (gt, odometry)), "real front-end")
                 for n, gt, odometry in files for seed in self.args.seeds]
 
     def timing_runs(self):
@@ -619,7 +689,7 @@ map holds of it beyond that one, such as a trail, is a ghost.""", ["world", "sen
         return Table("trajectory", "Trajectory", f"""
 Poses: the share of true poses that have an estimate. ATE: RMSE of positions after the best rigid fit. Drift: error of the motion over stretches of 100 m of true path (half the path
 where it is shorter than 200 m), per 100 m. In: the odometry that was fed in; out: what the mapper made of it. "Along KITTI":
-a made-up world along the true way of that drive, with the odometry of a real front-end{"; `--full` adds 05" if not self.args.full else ""}.""",
+a made-up world along the whole true way of that drive, with the odometry of a real front-end.""",
                      ["world", "odometry", "poses, share", "ATE in, m", "ATE out, m", "drift in, m/100 m", "drift out", "turn in, deg/100 m", "turn out"], rows, 2)
 
     def geometry(self):
@@ -670,17 +740,53 @@ objects of the final map, after nodes that are one object were merged. The wide 
                      ["world", "gate", "cost", *OBJECT_HEADER[1:5]], rows, 3)
 
     def correction(self):
-        columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("overall.f1", 2), ("trajectory.ate_rmse", 2)]
+        columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("overall.f1", 2), ("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2)]
+        kinds = [["map", "yes" if em else "", "yes" if loops else "", self.correction_switches(em, loops)] for em, loops in self.CORRECTION]
+        kinds += [["odometry", "shipped", "yes" if loops else "", self.drift_switches(loops)] for loops in (False, True)]
         rows = []
         for world in self.args.worlds:
-            for em, loops, switches in self.CORRECTION:
-                used = self.correction_switches(em, loops, switches)
-                mark = ["yes" if em else "", "yes" if loops else ""]
-                rows.append([world, *mark, *([NOT_YET] * 4 if used is None else
-                                             cells(self.results(self.runs(world, None, self.correction_odometry(), used)), columns))])
+            for *words_, switches in kinds:
+                ready = switches is not None and self.workshop.has_switches(switches)
+                results = self.results(self.runs(world, None, self.correction_odometry(), switches)) if ready else []
+                rows.append([world, *words_, *([*cells(results, columns), *over_seeds(results, LOOP_COLUMNS)] if ready else [NOT_YET] * 7)])
         return Table("correction", "What correction is worth", f"""
-EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry.""",
-                     ["world", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE, m"], rows, 3)
+EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry. Poses: of the map, as a robot has them, which hardly
+drift where the map is met again; or odometry's ({" ".join(f"`{key} = {value}`" for key, value in self.ODOMETRY_POSE)}), which leaves all of
+its drift to the loops, EM being as shipped. Accepted and false loops are those of all seeds together; false: more than 1 m or 3 degrees off.""",
+                     ["world", "poses", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE in, m", "ATE out, m", "accepted", "false"], rows, 4)
+
+    def loops(self):
+        columns = [("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), ("overall.f1", 2)]
+        rows = []
+        for row, runs in self.loop_rows():
+            ready = self.workshop.has_switches(runs[0].switches)
+            results = self.results(runs) if ready else []
+            rows.append([*row, len(runs), *([*cells(results, columns), *over_seeds(results, LOOP_DETAILS)] if ready else [NOT_YET] * 11)])
+        return Table("loops", "Loops", f"""
+{"Whole ways, whatever `--frames` says: a loop takes one. " if not self.args.quick else ""}"Along KITTI": a made-up world along the true way of that drive, with the odometry of a real
+front-end. Poses: of the map or odometry's, as in the table of correction. Loops and revisits are those of all seeds together. Asked:
+questions, most of which are to be refused; accepted ones more than 1 m or 3 degrees off the truth are false; worst: of the accepted.
+Revisits: stretches of the true way within 10 m (indoors 3 m) of a place left more than 100 m (15 m) of way before; asked about, closed:
+with a question, or an accepted loop that is not false, in time. A revisit may need no loop: where alignment never lost the old part of
+the map there is nothing to ask, so recall is closed of asked about where poses are the map's.""",
+                     ["world", "odometry", "poses", "drives", "ATE in, m", "ATE out, m", "F1", "asked", "accepted", "false", "worst, m", "worst, deg", "revisits",
+                      "asked about", "closed"], rows, 3)
+
+    def calibration(self):
+        figures = [("mean_over_3", 2), ("median_over_3", 2), ("inside_90", 2), ("mean_sigma", 3)]
+        columns = [("overall.position_error.mean", 3), *((f"overall.{name}.{figure}", digits) for figure, digits in figures
+                                                        for name in ("calibration_by_points", "calibration"))]
+        rows = []
+        for world, window, runs in self.calibration_rows():
+            ready = self.workshop.has_switches(runs[0].switches)
+            rows.append([world, window, *(cells(self.results(runs), columns) if ready else [NOT_YET] * len(columns))])
+        return Table("calibration", "Whether positions keep their word", f"""
+Positions of found objects against the covariance the map publishes for them, with {self.calibration_odometry()} odometry and {len(self.more_seeds())} seeds. Before: the
+extent's covariance over the number of points, as if every point were a new look; after: what is published. NEES / 3: mean and median
+of the normalised squared position error over 3 (honest: 1 and 0.79); the 90 % region should hold 0.9. Without window:
+`correction.window = false`.""",
+                     ["world", "correction", "position, m", "NEES / 3, before", "after", "median, before", "after", "inside 90 %, before", "after",
+                      "sigma, m, before", "after"], rows, 2)
 
     def alignment(self):
         header = ["maps", "pairs", "accepted", "right", "position, m", "turn, deg", "ms"]
@@ -756,11 +862,12 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
     def needed(self, name):
         return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
                 "sensors": self.sensor_runs, "busy": self.busy_runs, "confusion": self.confusion_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
+                "loops": self.loop_runs, "calibration": self.calibration_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
                 "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
 
 
-TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "alignment", "retrieval", "cost", "real"]
+TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "loops", "calibration", "alignment", "retrieval", "cost", "real"]
 
 
 def memory_cells(stats):
@@ -957,11 +1064,12 @@ def parse(argv):
     parser.add_argument("--worlds", type=names, help="default: all but the toy; table 'sensors': " + " and ".join(SENSOR_WORLDS))
     parser.add_argument("--sensors", type=names, help="default: all")
     parser.add_argument("--odometry", type=names, default=ODOMETRY)
+    parser.add_argument("--paths", type=names, default=["05", "07"], help="KITTI drives in DATA/kitti_trajectories to lay worlds along; '': none [05,07]")
     parser.add_argument("--seeds", type=lambda text: [int(s) for s in names(text)], default=None, help="default: 1,2,3")
-    parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour")
+    parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour; paths and the table of loops are always whole")
     parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES))
     parser.add_argument("--skip", type=names, default=[], help="tables to leave out of the document")
-    parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry, and KITTI path 05")
+    parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry")
     parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
     parser.add_argument("--keep-gb", type=float, default=40, help="logs beyond this are dropped once they are used [40]")
