@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -185,7 +186,7 @@ TEST(ReadLoops, AnythingElseIsAnError) {
 
 /// A truth of two poses, the map of nothing and a run's stats.json.
 EvalOptions tinyRun(const Scratch& scratch, const std::string& stats) {
-  writeText(scratch / "truth/gt_objects.json", R"({"format":"hgg-truth","version":1,"classes":{},"objects":[]})");
+  writeText(scratch / "truth/gt_objects.json", "[]");
   writeText(scratch / "truth/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n0 -1 0 4 1 0 0 5 0 0 1 6\n");
   writeText(scratch / "trajectory.tum", "0.5 0 0 0 0 0 0 1\n0.9 1 0 0 0 0 0 1\n");
   writeText(scratch / "g.json", R"({"format":"hgg-graph","version":1,"classes":{},"objects":[],"edges":[]})");
