@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """tools/evaluate.py: its arithmetic, its cache and its document, with programs made of a few lines of shell."""
-import importlib.util
 import json
 import math
 import os
@@ -14,11 +13,9 @@ import unittest
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent
-spec = importlib.util.spec_from_file_location("evaluate", REPO / "tools" / "evaluate.py")
 sys.dont_write_bytecode = True
-evaluate = importlib.util.module_from_spec(spec)  # a script: nothing else imports it
-sys.modules["evaluate"] = evaluate
-spec.loader.exec_module(evaluate)
+sys.path.insert(0, str(REPO / "tools"))
+from evaluation import figures, tables, workshop  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
@@ -71,63 +68,63 @@ EVAL = "#!/bin/sh\necho \"eval $*\" >> CALLS\necho 'SCORES'\n"
 
 class Arithmetic(unittest.TestCase):
     def test_spread_is_mean_and_sample_deviation(self):
-        self.assertEqual(evaluate.spread([1.0, 2.0, 3.0]), "2.00 ± 1.00")
-        self.assertEqual(evaluate.spread([0.25]), "0.25")
-        self.assertEqual(evaluate.spread([None, 0.25]), "0.25 (1 of 2)")
-        self.assertEqual(evaluate.spread([1.0, None, 3.0]), "2.00 ± 1.41 (2 of 3)")
-        self.assertEqual(evaluate.spread([]), "–")
-        self.assertEqual(evaluate.spread([20000.0, 30000.0], 0), "2.50e+04 ± 7e+03")
+        self.assertEqual(figures.spread([1.0, 2.0, 3.0]), "2.00 ± 1.00")
+        self.assertEqual(figures.spread([0.25]), "0.25")
+        self.assertEqual(figures.spread([None, 0.25]), "0.25 (1 of 2)")
+        self.assertEqual(figures.spread([1.0, None, 3.0]), "2.00 ± 1.41 (2 of 3)")
+        self.assertEqual(figures.spread([]), "–")
+        self.assertEqual(figures.spread([20000.0, 30000.0], 0), "2.50e+04 ± 7e+03")
 
     def test_cells_tell_missing_from_failed_from_not_run(self):
         columns = [("a.b", 1), ("c", 0)]
-        self.assertEqual(evaluate.cells([{"a": {"b": 1}, "c": None}, {"a": {"b": 2}}], columns), ["1.5 ± 0.7", "not yet"])
-        self.assertEqual(evaluate.cells([], columns), ["not run", "not run"])
-        self.assertEqual(evaluate.cells([{"a": {"b": 1}}, {"error": "x"}], columns), ["failed", "failed"])
+        self.assertEqual(figures.cells([{"a": {"b": 1}, "c": None}, {"a": {"b": 2}}], columns), ["1.5 ± 0.7", "not yet"])
+        self.assertEqual(figures.cells([], columns), ["not run", "not run"])
+        self.assertEqual(figures.cells([{"a": {"b": 1}}, {"error": "x"}], columns), ["failed", "failed"])
 
     def test_alignment_error_is_against_the_truth(self):
         turn = lambda a, t: [math.cos(a), -math.sin(a), 0, t[0], math.sin(a), math.cos(a), 0, t[1], 0, 0, 1, t[2]]
-        figures = lambda T: {"trajectory": {"T_truth_map": T}}
-        a, b = figures(turn(0.3, [1, 2, 0])), figures(turn(0.5, [1, 2, 0]))
-        self.assertAlmostEqual(evaluate.align_error({"T_a_b": turn(0.2, [0, 0, 0])}, a, b)[1], 0, places=5)
-        metres, degrees = evaluate.align_error({"T_a_b": turn(0.3, [0, 0, 2])}, a, b)
+        of_map = lambda T: {"trajectory": {"T_truth_map": T}}
+        a, b = of_map(turn(0.3, [1, 2, 0])), of_map(turn(0.5, [1, 2, 0]))
+        self.assertAlmostEqual(tables.align_error({"T_a_b": turn(0.2, [0, 0, 0])}, a, b)[1], 0, places=5)
+        metres, degrees = tables.align_error({"T_a_b": turn(0.3, [0, 0, 2])}, a, b)
         self.assertAlmostEqual(metres, 2)
         self.assertAlmostEqual(degrees, math.degrees(0.1))
-        c = figures(turn(0.3 + math.pi / 2, [1, 5, 0]))  # 3 m along the truth's y, seen from a map turned by 0.3
-        self.assertAlmostEqual(evaluate.align_error({"T_a_b": turn(math.pi / 2, [3 * math.sin(0.3), 3 * math.cos(0.3), 0])}, a, c)[0], 0)
+        c = of_map(turn(0.3 + math.pi / 2, [1, 5, 0]))  # 3 m along the truth's y, seen from a map turned by 0.3
+        self.assertAlmostEqual(tables.align_error({"T_a_b": turn(math.pi / 2, [3 * math.sin(0.3), 3 * math.cos(0.3), 0])}, a, c)[0], 0)
 
     def test_config_keys_are_set_in_their_section(self):
         toml = 'classes = "c.toml"  # path\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 2.0\n'
-        text = evaluate.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
+        text = workshop.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
         self.assertEqual(text, 'classes = "/x"\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 5\n[ablation]\nsymmetric_merge = true\n')
 
     def test_keys_a_section_lacks_join_it(self):
         toml = 'classes = "c.toml"\n\n[correction]\ndrift_reach = 0.5  # [m]\n\n[ablation]\ncost = "iou"\n'
-        text = evaluate.set_keys(toml, {"correction.em": "true", "ablation.odometry_pose": "true", "new.key": "1", "new.other": "2", "top": "3"})
+        text = workshop.set_keys(toml, {"correction.em": "true", "ablation.odometry_pose": "true", "new.key": "1", "new.other": "2", "top": "3"})
         self.assertEqual(text, 'classes = "c.toml"\ntop = 3\n\n[correction]\ndrift_reach = 0.5  # [m]\nem = true\n\n[ablation]\ncost = "iou"\n'
                                'odometry_pose = true\n[new]\nkey = 1\nother = 2\n')
 
     def test_figures_over_seeds_are_sums_and_worst(self):
         columns = [("loops.accepted", sum, 0), ("loops.worst_m", max, 2)]
         loops = lambda accepted, worst: {"loops": {"asked": 5, "accepted": accepted, "worst_m": worst}}
-        self.assertEqual(evaluate.over_seeds([loops(2, 0.3), loops(0, None)], columns), ["2", "0.30"])
-        self.assertEqual(evaluate.over_seeds([loops(0, None)], columns), ["0", "–"])
-        self.assertEqual(evaluate.over_seeds([{"loops": None}], columns), ["not yet", "not yet"])
-        self.assertEqual(evaluate.over_seeds([loops(2, 0.3), {"error": "x"}], columns), ["failed", "failed"])
-        self.assertEqual(evaluate.over_seeds([], columns), ["not run", "not run"])
+        self.assertEqual(figures.over_seeds([loops(2, 0.3), loops(0, None)], columns), ["2", "0.30"])
+        self.assertEqual(figures.over_seeds([loops(0, None)], columns), ["0", "–"])
+        self.assertEqual(figures.over_seeds([{"loops": None}], columns), ["not yet", "not yet"])
+        self.assertEqual(figures.over_seeds([loops(2, 0.3), {"error": "x"}], columns), ["failed", "failed"])
+        self.assertEqual(figures.over_seeds([], columns), ["not run", "not run"])
 
     def test_a_path_is_known_by_what_is_in_its_files(self):
         with tempfile.TemporaryDirectory() as folder:
             files = Path(folder) / "gt.txt", Path(folder) / "odometry.txt"
             for file in files:
                 file.write_text("1 0 0 0\n")
-            drive = evaluate.Drive("along", "lidar64", 1, 0, False, tuple(map(str, files)))
+            drive = workshop.Drive("along", "lidar64", 1, 0, False, tuple(map(str, files)))
             before = drive.identity()
             self.assertEqual(drive.identity(), before)
             files[1].write_text("1 0 0 1\n")
             self.assertNotEqual(drive.identity(), before)
 
     def test_tables_are_markdown(self):
-        table = evaluate.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
+        table = figures.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
         self.assertEqual(table.markdown(), "| world | F1 |\n| --- | ---: |\n| yard | 1.00 |")
 
 
@@ -167,7 +164,7 @@ class Command(unittest.TestCase):
         return (self.dir / "out" / "evaluation.md").read_text()
 
     def workshop(self, keep_gb=1):
-        return evaluate.Workshop(self.build, self.dir / "out", keep_gb, 1)
+        return workshop.Workshop(self.build, self.dir / "out", keep_gb, 1)
 
     def count(self, program):
         return sum(line.startswith(program) for line in self.calls.read_text().splitlines())
@@ -188,7 +185,7 @@ class Command(unittest.TestCase):
         page = (self.dir / "out" / "evaluation.html").read_text()
         self.assertIsNone(re.search(r"https?:|<link|src=|url\(|@import|fetch\(", page))
         data = json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.S).group(1))
-        self.assertEqual([t["name"] for t in data["tables"]], evaluate.TABLES)
+        self.assertEqual([t["name"] for t in data["tables"]], tables.TABLES)
         self.assertEqual(data["charts"]["groups"][0]["F1"], [0.5, 0.5])
 
     def test_a_second_call_runs_nothing_again(self):
@@ -226,18 +223,18 @@ class Command(unittest.TestCase):
         self.assertEqual((self.count("sim"), self.count("map")), (2 * sims, maps))
 
     def test_keys_cover_arguments_config_and_machine(self):
-        workshop, run = self.workshop(), evaluate.Run(evaluate.Drive("yard", "lidar64", 1), "good")
-        self.addCleanup(lambda kept=dict(vars(evaluate)): vars(evaluate).update(kept))
-        key, score = workshop.map_dir(run), workshop.run_dir(run)
-        evaluate.radius_of = lambda world: 2.5
-        self.assertNotEqual(workshop.run_dir(run), score)
-        self.assertEqual(workshop.map_dir(run), key)
-        evaluate.beam_spacing_of = lambda sensor, world: 7.0
-        self.assertNotEqual(workshop.map_dir(run), key)
-        workshop.time(run)
-        evaluate.machine = lambda: "another"
-        workshop.time(run)
-        self.assertEqual(len(list(workshop.map_dir(run).glob("alone_*.json"))), 2)
+        ours, run = self.workshop(), workshop.Run(workshop.Drive("yard", "lidar64", 1), "good")
+        self.addCleanup(lambda kept=dict(vars(workshop)): vars(workshop).update(kept))
+        key, score = ours.map_dir(run), ours.run_dir(run)
+        workshop.radius_of = lambda world: 2.5
+        self.assertNotEqual(ours.run_dir(run), score)
+        self.assertEqual(ours.map_dir(run), key)
+        workshop.beam_spacing_of = lambda sensor, world: 7.0
+        self.assertNotEqual(ours.map_dir(run), key)
+        ours.time(run)
+        workshop.machine = lambda: "another"
+        ours.time(run)
+        self.assertEqual(len(list(ours.map_dir(run).glob("alone_*.json"))), 2)
 
     def test_commands_are_those_the_help_lists(self):
         self.assertEqual(self.workshop().commands, {"run", "replay"})
@@ -310,18 +307,18 @@ class Command(unittest.TestCase):
             self.assertEqual(self.count("map"), times * maps, name)
 
     def test_logs_of_another_simulator_go_first_then_the_oldest(self):
-        workshop = self.workshop(keep_gb=20e-9)
-        drives = [evaluate.Drive("yard", "lidar64", seed) for seed in (1, 2, 3)]
-        folders = [workshop.simulate(drive) for drive in drives]
-        foreign = workshop.out / "drives" / "0123abcd-0"
+        ours = self.workshop(keep_gb=20e-9)
+        drives = [workshop.Drive("yard", "lidar64", seed) for seed in (1, 2, 3)]
+        folders = [ours.simulate(drive) for drive in drives]
+        foreign = ours.out / "drives" / "0123abcd-0"
         foreign.mkdir()
         for age, folder in enumerate([*folders, foreign]):
             (folder / "log.lcm").write_text("ten bytes\n")
             os.utime(folder / "log.lcm", (1000 + age, 1000 + age))
-        (workshop.out / "drives" / "gone").mkdir()
-        (workshop.out / "drives" / "gone" / "log.lcm").symlink_to("nowhere")
-        workshop.in_use = [drives[0]]
-        workshop.release()
+        (ours.out / "drives" / "gone").mkdir()
+        (ours.out / "drives" / "gone" / "log.lcm").symlink_to("nowhere")
+        ours.in_use = [drives[0]]
+        ours.release()
         self.assertEqual([f.exists() for f in [*folders, foreign]], [True, False, True, False])
 
     def test_sensors_are_compared_in_two_worlds(self):
