@@ -90,7 +90,7 @@ def parse(argv):
 
 def describe(args, argv):
     shown = [a if " " not in a else repr(a) for a in argv]
-    frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive"
+    frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive{'' if args.quick else '; paths and the table of loops are whole'}"
     options = [a for i, a in enumerate(shown) if a != "--only" and (i == 0 or shown[i - 1] != "--only") and not a.startswith("--only=")]
     return {"command": " ".join(["tools/evaluate.py", *shown]), "script": " ".join(["tools/evaluate.py", *options]), "commit": commit(),
             "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}

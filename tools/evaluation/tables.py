@@ -90,6 +90,10 @@ class Matrix:
         seeds = self.args.seeds if self.args.quick else [*self.args.seeds, *(s for s in range(1, 100) if s not in self.args.seeds)]
         return seeds[:max(len(self.args.seeds), self.MORE_SEEDS)]
 
+    def more_seeds_told(self):
+        number = len(self.more_seeds())
+        return f"{number} seeds" if number > 1 else "one seed"
+
     GATES = {"shipped": lambda world: (), "three times": lambda world: (("alignment.gate", "3.0" if is_indoor(world) else "9.0"),)}
     MORE_SEEDS = 5
 
@@ -237,7 +241,7 @@ of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEA
                 for world in self.args.sensor_worlds for odometry in self.confusion_odometry()]
         return Table("confusion", "Objects under wrong names", f"""
 {self.CONFUSION:.0%} of the objects of a frame are taken for another class as a whole (`hgg-sim --confusion`), the rest is as a good segmenter has it;
-{len(self.more_seeds())} seeds. Whatever became a node and is no true object costs precision.""",
+{self.more_seeds_told()}. Whatever became a node and is no true object costs precision.""",
                      ["world", "odometry", "ATE in, m", "ATE out, m", *OBJECT_HEADER[:5]], rows, 2)
 
     def pairing(self):
@@ -250,7 +254,7 @@ of the correction weigh the same.""", ["world", "odometry", "merge", *OBJECT_HEA
                                                       if ready else [NOT_YET] * len(columns))])
         return Table("pairing", "What the cost of a pair is worth", f"""
 The paper's cost ablation: things are paired with the map's by the Wasserstein distance of their Gaussians, by the distance of
-their means, or by how little their boxes overlap (`[ablation] cost`), with {self.correction_odometry()} odometry and {len(self.more_seeds())} seeds. F1 is that of the
+their means, or by how little their boxes overlap (`[ablation] cost`), with {self.correction_odometry()} odometry and {self.more_seeds_told()}. F1 is that of the
 objects of the final map, after nodes that are one object were merged. The wide gate lets neighbours be candidates too.""",
                      ["world", "gate", "cost", *OBJECT_HEADER[1:5]], rows, 3)
 
@@ -296,7 +300,7 @@ the map there is nothing to ask, so recall is closed of asked about where poses 
             ready = self.workshop.has_switches(runs[0].switches)
             rows.append([world, window, *(cells(self.results(runs), columns) if ready else [NOT_YET] * len(columns))])
         return Table("calibration", "Whether positions keep their word", f"""
-Positions of found objects against the covariance the map publishes for them, with {self.calibration_odometry()} odometry and {len(self.more_seeds())} seeds. Before: the
+Positions of found objects against the covariance the map publishes for them, with {self.calibration_odometry()} odometry and {self.more_seeds_told()}. Before: the
 extent's covariance over the number of points, as if every point were a new look; after: what is published. NEES / 3: mean and median
 of the normalised squared position error over 3 (honest: 1 and 0.79); the 90 % region should hold 0.9. Without window:
 `correction.window = false`.""",
