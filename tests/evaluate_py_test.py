@@ -364,7 +364,7 @@ class Command(unittest.TestCase):
         folder = self.dir / "data" / "kitti_trajectories"
         folder.mkdir(parents=True)
         for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
-            (folder / f"{name}.txt").write_text("1\n")
+            (folder / f"{name}.txt").write_text(f"{name}\n")
         self.correcting(*self.LOOP_KEYS)
         arguments = ["--only", "loops", "--seeds", "1", "--frames", "7", "--worlds", "street,office", "--data", self.dir / "data"]
         code, out, errors = self.run_it(*arguments)
@@ -375,6 +375,9 @@ class Command(unittest.TestCase):
             self.assertIn(row, out)
         self.assertNotIn("| office |", out)
         self.assertNotIn("--frames 7", self.calls.read_text())
+        self.assertIn("the others over whole tours.", out)
+        self.run_it(*arguments, "--loop-frames", "8")
+        self.assertIn("street --sensor lidar64 --seed 1 --frames 8", self.calls.read_text())
         self.assertNotIn("KITTI 05", self.run_it(*arguments, "--paths", "07")[1])
 
     def test_calibration_is_shown_before_and_after(self):
@@ -402,7 +405,7 @@ class Command(unittest.TestCase):
         folder = self.dir / "data" / "kitti_trajectories"
         folder.mkdir(parents=True)
         for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
-            (folder / f"{name}.txt").write_text("1\n")
+            (folder / f"{name}.txt").write_text(f"{name}\n")
         arguments = ["--only", "trajectory", "--seeds", "1", "--worlds", "yard", "--data", self.dir / "data"]
         self.assertIn("along KITTI 05", self.run_it(*arguments)[1])
         self.assertNotIn("along KITTI 05", self.run_it(*arguments, "--paths", "07")[1])

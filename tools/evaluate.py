@@ -59,7 +59,9 @@ def parse(argv):
     parser.add_argument("--odometry", type=names, default=ODOMETRY)
     parser.add_argument("--paths", type=names, default=["05", "07"], help="KITTI drives in DATA/kitti_trajectories to lay worlds along; '': none [05,07]")
     parser.add_argument("--seeds", type=lambda text: [int(s) for s in names(text)], default=None, help="default: 1,2,3")
-    parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour; paths and the table of loops are always whole")
+    parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour; paths are always whole")
+    parser.add_argument("--loop-frames", type=int, default=None,
+                        help="of each drive of the tables correction and loops, where worlds are met again in a second lap; 0, the default: the whole tour")
     parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES))
     parser.add_argument("--skip", type=names, default=[], help="tables to leave out of the document")
     parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry")
@@ -79,6 +81,7 @@ def parse(argv):
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]
     args.seeds = args.seeds or ([1, 2] if quick else [1, 2, 3])
     args.frames = args.frames if args.frames is not None else 60 if quick else 0
+    args.loop_frames = args.loop_frames if args.loop_frames is not None else args.frames if quick else 0
     args.doc = args.doc or (args.out / "evaluation.md" if quick else REPO / "docs" / "evaluation.md")
     for given, known, what in ((args.worlds, worlds, "world"), (args.sensors, sensors, "sensor"), (args.odometry, ODOMETRY, "odometry"),
                                (args.only or [], TABLES, "table"), (args.skip, TABLES, "table")):
@@ -90,7 +93,7 @@ def parse(argv):
 
 def describe(args, argv):
     shown = [a if " " not in a else repr(a) for a in argv]
-    frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive{'' if args.quick else '; paths and the table of loops are whole'}"
+    frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive{'' if args.quick else '; those of correction and loops are told there'}"
     options = [a for i, a in enumerate(shown) if a != "--only" and (i == 0 or shown[i - 1] != "--only") and not a.startswith("--only=")]
     return {"command": " ".join(["tools/evaluate.py", *shown]), "script": " ".join(["tools/evaluate.py", *options]), "commit": commit(),
             "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}

@@ -111,6 +111,11 @@ class Matrix:
         switches = tuple((key, str(on).lower()) for key, on in wanted if on or self.workshop.has_switches([(key, on)]))
         return switches if self.workshop.has_switches(switches) else None
 
+    def ways_told(self):
+        """A world is met again in its second lap, which short drives do not reach."""
+        frames = self.args.loop_frames
+        return "" if frames == self.args.frames else f" over the first {frames} frames" if frames else " over whole tours"
+
     def drift_switches(self, loops):
         return (*self.ODOMETRY_POSE, ("correction.loop_closure", str(loops).lower()))
 
@@ -120,17 +125,20 @@ class Matrix:
     def correction_runs(self):
         kinds = [self.correction_switches(*row) for row in self.CORRECTION] + [self.drift_switches(loops) for loops in (False, True)]
         return [run for world in self.args.worlds for switches in kinds if switches is not None and self.workshop.has_switches(switches)
-                for run in self.runs(world, None, self.correction_odometry(), switches)]
+                for run in self.correction_runs_of(world, switches)]
+
+    def correction_runs_of(self, world, switches):
+        return self.runs(world, None, self.correction_odometry(), switches, frames=self.args.loop_frames)
 
     def loop_rows(self):
-        """(words of the row, its runs): whole ways, as a loop takes one."""
+        """(words of the row, its runs)."""
         rows = {}
         for poses, switches in self.POSES.items():
             for run in self.path_runs():
                 rows.setdefault((run.drive.world, run.odometry, poses), []).append(dataclasses.replace(run, switches=switches))
             for world in (w for w in self.args.worlds if self.args.quick or w in self.LOOP_WORLDS):
                 for odometry in self.loop_odometry():
-                    rows[world, odometry, poses] = [Run(Drive(world, main_sensor(world), seed, self.args.frames if self.args.quick else 0), odometry, switches)
+                    rows[world, odometry, poses] = [Run(Drive(world, main_sensor(world), seed, self.args.loop_frames), odometry, switches)
                                                     for seed in self.more_seeds()]
         return sorted(rows.items(), key=lambda row: (not row[0][0].startswith("along"), row[0][:2]))
 
@@ -266,10 +274,10 @@ objects of the final map, after nodes that are one object were merged. The wide 
         for world in self.args.worlds:
             for *words_, switches in kinds:
                 ready = switches is not None and self.workshop.has_switches(switches)
-                results = self.results(self.runs(world, None, self.correction_odometry(), switches)) if ready else []
+                results = self.results(self.correction_runs_of(world, switches)) if ready else []
                 rows.append([world, *words_, *([*cells(results, columns), *over_seeds(results, LOOP_COLUMNS)] if ready else [NOT_YET] * 7)])
         return Table("correction", "What correction is worth", f"""
-EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry. Poses: of the map, as a robot has them, which hardly
+EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry{self.ways_told()}. Poses: of the map, as a robot has them, which hardly
 drift where the map is met again; or odometry's ({" ".join(f"`{key} = {value}`" for key, value in self.ODOMETRY_POSE)}), which leaves all of
 its drift to the loops, EM being as shipped. Accepted and false loops are those of all seeds together; false: more than 1 m or 3 degrees off.""",
                      ["world", "poses", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE in, m", "ATE out, m", "accepted", "false"], rows, 4)
@@ -282,8 +290,7 @@ its drift to the loops, EM being as shipped. Accepted and false loops are those 
             results = self.results(runs) if ready else []
             rows.append([*row, len(runs), *([*cells(results, columns), *over_seeds(results, LOOP_DETAILS)] if ready else [NOT_YET] * 11)])
         return Table("loops", "Loops", f"""
-{"Whole ways, whatever `--frames` says: a loop takes one. " if not self.args.quick else ""}"Along KITTI": a made-up world along the true way of that drive, with the odometry of a real
-front-end. Poses: of the map or odometry's, as in the table of correction. Loops and revisits are those of all seeds together. Asked:
+"Along KITTI": a made-up world along the whole true way of that drive, with the odometry of a real front-end; the others{self.ways_told() or " by drives as in the other tables"}. Poses: of the map or odometry's, as in the table of correction. Loops and revisits are those of all seeds together. Asked:
 questions, most of which are to be refused; accepted ones more than 1 m or 3 degrees off the truth are false; worst: of the accepted.
 Revisits: stretches of the true way within 10 m (indoors 3 m) of a place left more than 100 m (15 m) of way before; asked about, closed:
 with a question, or an accepted loop that is not false, in time. A revisit may need no loop: where alignment never lost the old part of
