@@ -134,7 +134,12 @@ TEST(ScoreLoops, RefusedOnesOnlyCountAsAsked) {
 TEST(ScoreLoops, LoopsElsewhereDoNotCloseIt) {
   const auto pairs = roundTheBlock();
   EXPECT_EQ(scoreLoops(runsOf({loopBetween(pairs, 5, 200)}), pairs, kScale).revisits_closed, 0u);
-  EXPECT_EQ(scoreLoops(runsOf({loopBetween(pairs, 5, 280)}), pairs, kScale).revisits_closed, 0u);
+  EXPECT_EQ(scoreLoops(runsOf({loopBetween(pairs, 5, 255)}), pairs, kScale).revisits_closed, 0u);
+}
+
+TEST(ScoreLoops, APlaceIsSeenBeforeItIsReached) {
+  const auto pairs = roundTheBlock();
+  EXPECT_EQ(scoreLoops(runsOf({loopBetween(pairs, 5, 265)}), pairs, kScale).revisits_closed, 1u);
 }
 
 TEST(ScoreLoops, AShortRevisitMayBeClosedALittleLater) {

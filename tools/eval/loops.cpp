@@ -71,8 +71,8 @@ std::vector<std::size_t> spacedAlong(std::span<const double> way, double step) {
   return kept;
 }
 
-bool isWithin(const Revisit& revisit, double way, double late) {
-  return way >= revisit.first && way <= std::max(revisit.last, revisit.first + late);
+bool isInTime(const Revisit& revisit, double way, double around) {
+  return way >= revisit.first - around && way <= std::max(revisit.last, revisit.first + around);
 }
 
 }  // namespace
@@ -141,7 +141,7 @@ LoopScore scoreLoops(const LoopRuns& runs, std::span<const PosePair> pairs, cons
     }
   }
   for (const Revisit& revisit : findRevisits(pairs, scale)) {
-    const auto is_in_time = [&](double at) { return isWithin(revisit, at, scale.late); };
+    const auto is_in_time = [&](double at) { return isInTime(revisit, at, scale.around); };
     ++score.revisits;
     score.revisits_asked += std::ranges::any_of(asked, is_in_time) ? 1 : 0;
     score.revisits_closed += std::ranges::any_of(closed, is_in_time) ? 1 : 0;
