@@ -30,8 +30,8 @@ struct RevisitScale {
   double step = 0;  // of the way between the poses that are looked at
   double near = 0;  // to an earlier pose
   double left = 0;  // of way since that pose
-  double around =
-      0;  // of way before and into a revisit in which its loop may come: a place is seen before it is reached
+  /// Of way before and into a revisit in which its loop may come: a place is seen before it is reached.
+  double around = 0;
 };
 
 /// Out of doors (`radius`, of object matching, 1 m or more) a place is both sides of one street; indoors it is a room,
