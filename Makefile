@@ -31,7 +31,7 @@ live: build  ## play a log over real LCM, loopback only, and hold the map agains
 bench: build  ## time the stages
 	$(BUILD)/hgg_bench
 
-evaluate: build  ## measure everything: docs/evaluation.md and .html (two hours; ARGS="--frames 400": half an hour; ARGS=--quick: minutes)
+evaluate: build  ## measure everything: docs/evaluation.md and .html (hours; ARGS="--frames 400 --loop-frames 600 --paths 07": less; ARGS=--quick: minutes)
 	tools/evaluate.py --build $(BUILD) $(ARGS)
 
 deps:  ## install what is missing (Debian packages)

@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """tools/evaluate.py: its arithmetic, its cache and its document, with programs made of a few lines of shell."""
-import importlib.util
 import json
 import math
 import os
@@ -14,14 +13,14 @@ import unittest
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent
-spec = importlib.util.spec_from_file_location("evaluate", REPO / "tools" / "evaluate.py")
 sys.dont_write_bytecode = True
-evaluate = importlib.util.module_from_spec(spec)  # a script: nothing else imports it
-sys.modules["evaluate"] = evaluate
-spec.loader.exec_module(evaluate)
+sys.path.insert(0, str(REPO / "tools"))
+from evaluation import figures, tables, workshop  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
+          "cost": {"frames": 5, "loops": [{"before_us": 1}]},
+          "loops": {"asked": 9, "accepted": 2, "false": 1, "worst_m": 1.25, "worst_deg": None, "revisits": 3, "revisits_asked": 2, "revisits_closed": 1},
           "classes": [], "odometry": None, "geometry": None, "retrieval": None,
           "trajectory": {"ate_rmse": 0.5, "share": 0.75, "T_truth_map": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}}
 STATS = {"frames": 5, "frame_ms": {"p50": 3, "p99": 9}, "stage_ms": {"creation": {"p50": 2}}, "map_mb": 1.5, "peak_rss_mb": 20,
@@ -69,48 +68,63 @@ EVAL = "#!/bin/sh\necho \"eval $*\" >> CALLS\necho 'SCORES'\n"
 
 class Arithmetic(unittest.TestCase):
     def test_spread_is_mean_and_sample_deviation(self):
-        self.assertEqual(evaluate.spread([1.0, 2.0, 3.0]), "2.00 ± 1.00")
-        self.assertEqual(evaluate.spread([0.25]), "0.25")
-        self.assertEqual(evaluate.spread([None, 0.25]), "0.25 (1 of 2)")
-        self.assertEqual(evaluate.spread([1.0, None, 3.0]), "2.00 ± 1.41 (2 of 3)")
-        self.assertEqual(evaluate.spread([]), "–")
-        self.assertEqual(evaluate.spread([20000.0, 30000.0], 0), "2.50e+04 ± 7e+03")
+        self.assertEqual(figures.spread([1.0, 2.0, 3.0]), "2.00 ± 1.00")
+        self.assertEqual(figures.spread([0.25]), "0.25")
+        self.assertEqual(figures.spread([None, 0.25]), "0.25 (1 of 2)")
+        self.assertEqual(figures.spread([1.0, None, 3.0]), "2.00 ± 1.41 (2 of 3)")
+        self.assertEqual(figures.spread([]), "–")
+        self.assertEqual(figures.spread([20000.0, 30000.0], 0), "2.50e+04 ± 7e+03")
 
     def test_cells_tell_missing_from_failed_from_not_run(self):
         columns = [("a.b", 1), ("c", 0)]
-        self.assertEqual(evaluate.cells([{"a": {"b": 1}, "c": None}, {"a": {"b": 2}}], columns), ["1.5 ± 0.7", "not yet"])
-        self.assertEqual(evaluate.cells([], columns), ["not run", "not run"])
-        self.assertEqual(evaluate.cells([{"a": {"b": 1}}, {"error": "x"}], columns), ["failed", "failed"])
+        self.assertEqual(figures.cells([{"a": {"b": 1}, "c": None}, {"a": {"b": 2}}], columns), ["1.5 ± 0.7", "not yet"])
+        self.assertEqual(figures.cells([], columns), ["not run", "not run"])
+        self.assertEqual(figures.cells([{"a": {"b": 1}}, {"error": "x"}], columns), ["failed", "failed"])
 
     def test_alignment_error_is_against_the_truth(self):
         turn = lambda a, t: [math.cos(a), -math.sin(a), 0, t[0], math.sin(a), math.cos(a), 0, t[1], 0, 0, 1, t[2]]
-        figures = lambda T: {"trajectory": {"T_truth_map": T}}
-        a, b = figures(turn(0.3, [1, 2, 0])), figures(turn(0.5, [1, 2, 0]))
-        self.assertAlmostEqual(evaluate.align_error({"T_a_b": turn(0.2, [0, 0, 0])}, a, b)[1], 0, places=5)
-        metres, degrees = evaluate.align_error({"T_a_b": turn(0.3, [0, 0, 2])}, a, b)
+        of_map = lambda T: {"trajectory": {"T_truth_map": T}}
+        a, b = of_map(turn(0.3, [1, 2, 0])), of_map(turn(0.5, [1, 2, 0]))
+        self.assertAlmostEqual(tables.align_error({"T_a_b": turn(0.2, [0, 0, 0])}, a, b)[1], 0, places=5)
+        metres, degrees = tables.align_error({"T_a_b": turn(0.3, [0, 0, 2])}, a, b)
         self.assertAlmostEqual(metres, 2)
         self.assertAlmostEqual(degrees, math.degrees(0.1))
-        c = figures(turn(0.3 + math.pi / 2, [1, 5, 0]))  # 3 m along the truth's y, seen from a map turned by 0.3
-        self.assertAlmostEqual(evaluate.align_error({"T_a_b": turn(math.pi / 2, [3 * math.sin(0.3), 3 * math.cos(0.3), 0])}, a, c)[0], 0)
+        c = of_map(turn(0.3 + math.pi / 2, [1, 5, 0]))  # 3 m along the truth's y, seen from a map turned by 0.3
+        self.assertAlmostEqual(tables.align_error({"T_a_b": turn(math.pi / 2, [3 * math.sin(0.3), 3 * math.cos(0.3), 0])}, a, c)[0], 0)
 
     def test_config_keys_are_set_in_their_section(self):
         toml = 'classes = "c.toml"  # path\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 2.0\n'
-        text = evaluate.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
+        text = workshop.set_keys(toml, {"classes": '"/x"', "map.range": "5", "ablation.symmetric_merge": "true"})
         self.assertEqual(text, 'classes = "/x"\n[frame]\nrange = 1.0  # [m] far\n[map]\nrange = 5\n[ablation]\nsymmetric_merge = true\n')
+
+    def test_keys_a_section_lacks_join_it(self):
+        toml = 'classes = "c.toml"\n\n[correction]\ndrift_reach = 0.5  # [m]\n\n[ablation]\ncost = "iou"\n'
+        text = workshop.set_keys(toml, {"correction.em": "true", "ablation.odometry_pose": "true", "new.key": "1", "new.other": "2", "top": "3"})
+        self.assertEqual(text, 'classes = "c.toml"\ntop = 3\n\n[correction]\ndrift_reach = 0.5  # [m]\nem = true\n\n[ablation]\ncost = "iou"\n'
+                               'odometry_pose = true\n[new]\nkey = 1\nother = 2\n')
+
+    def test_figures_over_seeds_are_sums_and_worst(self):
+        columns = [("loops.accepted", sum, 0), ("loops.worst_m", max, 2)]
+        loops = lambda accepted, worst: {"loops": {"asked": 5, "accepted": accepted, "worst_m": worst}}
+        self.assertEqual(figures.over_seeds([loops(2, 0.3), loops(0, None)], columns), ["2", "0.30"])
+        self.assertEqual(figures.over_seeds([loops(0, None)], columns), ["0", "–"])
+        self.assertEqual(figures.over_seeds([{"loops": None}], columns), ["not yet", "not yet"])
+        self.assertEqual(figures.over_seeds([loops(2, 0.3), {"error": "x"}], columns), ["failed", "failed"])
+        self.assertEqual(figures.over_seeds([], columns), ["not run", "not run"])
 
     def test_a_path_is_known_by_what_is_in_its_files(self):
         with tempfile.TemporaryDirectory() as folder:
             files = Path(folder) / "gt.txt", Path(folder) / "odometry.txt"
             for file in files:
                 file.write_text("1 0 0 0\n")
-            drive = evaluate.Drive("along", "lidar64", 1, 0, False, tuple(map(str, files)))
+            drive = workshop.Drive("along", "lidar64", 1, 0, False, tuple(map(str, files)))
             before = drive.identity()
             self.assertEqual(drive.identity(), before)
             files[1].write_text("1 0 0 1\n")
             self.assertNotEqual(drive.identity(), before)
 
     def test_tables_are_markdown(self):
-        table = evaluate.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
+        table = figures.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
         self.assertEqual(table.markdown(), "| world | F1 |\n| --- | ---: |\n| yard | 1.00 |")
 
 
@@ -150,7 +164,7 @@ class Command(unittest.TestCase):
         return (self.dir / "out" / "evaluation.md").read_text()
 
     def workshop(self, keep_gb=1):
-        return evaluate.Workshop(self.build, self.dir / "out", keep_gb, 1)
+        return workshop.Workshop(self.build, self.dir / "out", keep_gb, 1)
 
     def count(self, program):
         return sum(line.startswith(program) for line in self.calls.read_text().splitlines())
@@ -161,7 +175,7 @@ class Command(unittest.TestCase):
         text = (self.dir / "out" / "evaluation.md").read_text()
         for part in ("## Objects, by world and odometry", "| yard | lidar64 | true | 4 ± 0 | 0.25 ± 0.00 | 1.00 ± 0.00 | 0.40 ± 0.00 | 0.50 ± 0.00 | 0.30 ± 0.00 | 12 ± 0 | 0.10 ± 0.00 | 0.07 ± 0.00 |\n",
                      "| 0.07 ± 0.00 | 6 ± 0 |\n", "| yard | good | 0.75 ± 0.00 | not yet |", "| programs | hgg-sim ",
-                     "| apartment | good | symmetric average, uniform weights | not yet |", "| yard | yes | yes | not yet |",
+                     "| apartment | good | symmetric average, uniform weights | not yet |", "| yard | map | yes | yes | not yet |",
                      "same place, two drives | not yet", "| yard | lidar64 | 5 | 3.0 | 9.0 | 2.0 | not yet | not yet | 1.50 | 1.50 | 20 |",
                      "--quick --only objects", "seeds | 1, 2"):
             self.assertIn(part, text)
@@ -171,7 +185,7 @@ class Command(unittest.TestCase):
         page = (self.dir / "out" / "evaluation.html").read_text()
         self.assertIsNone(re.search(r"https?:|<link|src=|url\(|@import|fetch\(", page))
         data = json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.S).group(1))
-        self.assertEqual([t["name"] for t in data["tables"]], evaluate.TABLES)
+        self.assertEqual([t["name"] for t in data["tables"]], tables.TABLES)
         self.assertEqual(data["charts"]["groups"][0]["F1"], [0.5, 0.5])
 
     def test_a_second_call_runs_nothing_again(self):
@@ -209,18 +223,18 @@ class Command(unittest.TestCase):
         self.assertEqual((self.count("sim"), self.count("map")), (2 * sims, maps))
 
     def test_keys_cover_arguments_config_and_machine(self):
-        workshop, run = self.workshop(), evaluate.Run(evaluate.Drive("yard", "lidar64", 1), "good")
-        self.addCleanup(lambda kept=dict(vars(evaluate)): vars(evaluate).update(kept))
-        key, score = workshop.map_dir(run), workshop.run_dir(run)
-        evaluate.radius_of = lambda world: 2.5
-        self.assertNotEqual(workshop.run_dir(run), score)
-        self.assertEqual(workshop.map_dir(run), key)
-        evaluate.beam_spacing_of = lambda sensor, world: 7.0
-        self.assertNotEqual(workshop.map_dir(run), key)
-        workshop.time(run)
-        evaluate.machine = lambda: "another"
-        workshop.time(run)
-        self.assertEqual(len(list(workshop.map_dir(run).glob("alone_*.json"))), 2)
+        ours, run = self.workshop(), workshop.Run(workshop.Drive("yard", "lidar64", 1), "good")
+        self.addCleanup(lambda kept=dict(vars(workshop)): vars(workshop).update(kept))
+        key, score = ours.map_dir(run), ours.run_dir(run)
+        workshop.radius_of = lambda world: 2.5
+        self.assertNotEqual(ours.run_dir(run), score)
+        self.assertEqual(ours.map_dir(run), key)
+        workshop.beam_spacing_of = lambda sensor, world: 7.0
+        self.assertNotEqual(ours.map_dir(run), key)
+        ours.time(run)
+        workshop.machine = lambda: "another"
+        ours.time(run)
+        self.assertEqual(len(list(ours.map_dir(run).glob("alone_*.json"))), 2)
 
     def test_commands_are_those_the_help_lists(self):
         self.assertEqual(self.workshop().commands, {"run", "replay"})
@@ -293,18 +307,18 @@ class Command(unittest.TestCase):
             self.assertEqual(self.count("map"), times * maps, name)
 
     def test_logs_of_another_simulator_go_first_then_the_oldest(self):
-        workshop = self.workshop(keep_gb=20e-9)
-        drives = [evaluate.Drive("yard", "lidar64", seed) for seed in (1, 2, 3)]
-        folders = [workshop.simulate(drive) for drive in drives]
-        foreign = workshop.out / "drives" / "0123abcd-0"
+        ours = self.workshop(keep_gb=20e-9)
+        drives = [workshop.Drive("yard", "lidar64", seed) for seed in (1, 2, 3)]
+        folders = [ours.simulate(drive) for drive in drives]
+        foreign = ours.out / "drives" / "0123abcd-0"
         foreign.mkdir()
         for age, folder in enumerate([*folders, foreign]):
             (folder / "log.lcm").write_text("ten bytes\n")
             os.utime(folder / "log.lcm", (1000 + age, 1000 + age))
-        (workshop.out / "drives" / "gone").mkdir()
-        (workshop.out / "drives" / "gone" / "log.lcm").symlink_to("nowhere")
-        workshop.in_use = [drives[0]]
-        workshop.release()
+        (ours.out / "drives" / "gone").mkdir()
+        (ours.out / "drives" / "gone" / "log.lcm").symlink_to("nowhere")
+        ours.in_use = [drives[0]]
+        ours.release()
         self.assertEqual([f.exists() for f in [*folders, foreign]], [True, False, True, False])
 
     def test_sensors_are_compared_in_two_worlds(self):
@@ -316,14 +330,86 @@ class Command(unittest.TestCase):
         self.run_it("--only", "sensors", "--seeds", "1", "--full")
         self.assertEqual(worlds(), {"street", "office", "campus", "apartment"})
 
-    def test_one_real_path_is_enough(self):
+    def correcting(self, *keys):
+        """A mapper whose config has these keys."""
+        sections = {}
+        for key in keys:
+            sections.setdefault(key.split(".")[0], []).append(f"{key.split('.')[1]} = true  # x")
+        printed = "".join(f"[{name}]\\n" + "".join(f"{line}\\n" for line in lines) for name, lines in sections.items())
+        self.program("hggmap", MAP.replace(r"[ablation]\nsymmetric_merge = false  # x\n", printed))
+
+    def configs(self, *lines):
+        """How many maps were made with all of these lines in their config."""
+        texts = [f.read_text().splitlines() for f in (self.dir / "out" / "maps").glob("*/config.toml")]
+        return sum(all(line in text for line in lines) for text in texts)
+
+    LOOP_KEYS = ["ablation.odometry_pose", "alignment.odometry_drift", "alignment.odometry_turn_deg", "correction.loop_closure"]
+
+    def test_correction_is_taken_apart_as_far_as_the_mapper_has_it(self):
+        self.correcting(*self.LOOP_KEYS)
+        arguments = ["--only", "correction", "--worlds", "yard", "--seeds", "1,2"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        measured = "not yet | not yet | 0.50 ± 0.00 | not yet | 0.50 ± 0.00 | 4 | 2 |"
+        for row in ("map |  |  | " + measured, "map | yes |  | not yet | not yet | not yet |", "map |  | yes | " + measured,
+                    "map | yes | yes | not yet | not yet | not yet |", "odometry | shipped |  | " + measured, "odometry | shipped | yes | " + measured):
+            self.assertIn("| yard | " + row, out)
+        self.assertEqual(self.configs("loop_closure = false"), 4)
+        self.assertEqual(self.configs("loop_closure = true", "odometry_pose = true", "odometry_drift = 0.01", 'odometry = "POSE_ODOM_POOR"'), 2)
+        self.correcting(*self.LOOP_KEYS, "correction.em")
+        self.assertIn("| yard | map | yes | yes | " + measured, self.run_it(*arguments)[1])
+        self.assertEqual(self.configs("loop_closure = true", "em = false"), 2)
+
+    def test_loops_are_counted_over_all_seeds_and_whole_ways(self):
         folder = self.dir / "data" / "kitti_trajectories"
         folder.mkdir(parents=True)
         for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
-            (folder / f"{name}.txt").write_text("1\n")
+            (folder / f"{name}.txt").write_text(f"{name}\n")
+        self.correcting(*self.LOOP_KEYS)
+        arguments = ["--only", "loops", "--seeds", "1", "--frames", "7", "--worlds", "street,office", "--data", self.dir / "data"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        for row in ("| along KITTI 05 | real front-end | map | 1 | not yet | 0.50 | 0.50 | 9 | 2 | 1 | 1.25 | – | 3 | 2 | 1 |",
+                    "| along KITTI 07 | real front-end | odometry | 1 |",
+                    "| street | poor | odometry | 5 | not yet | 0.50 ± 0.00 | 0.50 ± 0.00 | 45 | 10 | 5 | 1.25 | – | 15 | 10 | 5 |"):
+            self.assertIn(row, out)
+        self.assertNotIn("| office |", out)
+        self.assertNotIn("--frames 7", self.calls.read_text())
+        self.assertIn("the others over whole tours.", out)
+        self.run_it(*arguments, "--loop-frames", "8")
+        self.assertIn("street --sensor lidar64 --seed 1 --frames 8", self.calls.read_text())
+        self.assertNotIn("KITTI 05", self.run_it(*arguments, "--paths", "07")[1])
+
+    def test_calibration_is_shown_before_and_after(self):
+        points = {"mean_over_3": 99, "median_over_3": 50, "inside_90": 0.01, "mean_sigma": 0.002}
+        scores = {**SCORES, "overall": {**SCORES["overall"], "calibration_by_points": points}}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps(scores)))
+        arguments = ["--only", "calibration", "--worlds", "apartment,street", "--seeds", "3"]
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| street | as shipped | 0.250 ± 0.000 | 99.00 ± 0.00 | 12.00 ± 0.00 | 50.00 ± 0.00 | not yet | 0.01 ± 0.00 | 0.10 ± 0.00 |", out)
+        self.assertIn("| street | without window | not yet |", out)
+        self.assertLess(out.index("| street |"), out.index("| apartment |"))
+        self.assertEqual(self.count("map"), 10)
+        self.correcting("correction.window")
+        self.assertIn("| street | without window | 0.250 ± 0.000 |", self.run_it(*arguments)[1])
+        self.assertEqual(self.configs("[correction]", "window = false"), 10)
+
+    def test_results_are_kept_without_the_list_of_loops(self):
+        self.run_it("--quick", "--only", "objects")
+        kept = [json.loads(f.read_text()) for f in (self.dir / "out" / "runs").glob("*/result.json")]
+        self.assertTrue(kept)
+        self.assertEqual(kept[0]["cost"], {"frames": 5})
+
+    def test_real_paths_are_chosen_by_name(self):
+        folder = self.dir / "data" / "kitti_trajectories"
+        folder.mkdir(parents=True)
+        for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
+            (folder / f"{name}.txt").write_text(f"{name}\n")
         arguments = ["--only", "trajectory", "--seeds", "1", "--worlds", "yard", "--data", self.dir / "data"]
-        self.assertNotIn("along KITTI 05", self.run_it(*arguments)[1])
-        self.assertIn("along KITTI 05", self.run_it(*arguments, "--full")[1])
+        self.assertIn("along KITTI 05", self.run_it(*arguments)[1])
+        self.assertNotIn("along KITTI 05", self.run_it(*arguments, "--paths", "07")[1])
+        self.assertNotIn("along KITTI", self.run_it(*arguments, "--paths", "")[1])
 
     def test_an_interrupt_ends_everything_with_one_line(self):
         self.program("hggmap", MAP.replace("replay) ;;", f"replay) echo $$ >> {self.dir}/pids; exec sleep 60;;"))

@@ -28,6 +28,12 @@ Accuracy alone can be fooled by leaving surface out: read it with completeness a
 reference within 20 m of the path that the crop keeps. Leaves farther than 20 m from the path are left out; their
 share is reported. Vegetation is left out, by the class names in the truth's classes.toml where it has one, else by
 the map's.
+Loops, with --trajectory, where stats.json tells of them: every accepted loop against the true motion between its two
+keyframes; more than 1 m or 3 degrees off is false. A revisit is a stretch of the true way within 10 m of a place left
+more than 100 m of way before (with a radius below 1 m, so indoors: 3 m and 15 m); it is closed when a loop that is not
+false comes of a keyframe within it, or up to 30 m (5 m) before or after its beginning: a place is seen before it is
+reached. Revisits that are not closed need not be missed: where alignment never lost the old part of the map there is
+no loop to ask for. So the questions asked are told too.
 Retrieval: the answers of hggmap query --batch TRUTH/queries.jsonl. Cost: stats.json.)";
 
 constexpr const char* kFooter = R"(Examples:

@@ -83,6 +83,17 @@ TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
   EXPECT_NEAR(c.mean_sigma, std::sqrt((3 * 0.04 + 0.0025) / 4), 1e-12);
 }
 
+TEST(EvaluateObjects, CalibrationByPointsIsOfTheExtentOverThePoints) {
+  Prediction car = predictionAt(1, Vec3(0.2, 0, 0));
+  car.belief.cov = 4 * Mat3::Identity();
+  car.belief.kappa = 400;
+  car.position_cov = 0.04 * Mat3::Identity();
+  const auto s = evaluateObjects(std::vector{car}, std::vector{truthAt(1, Vec3::Zero())}, 1.0, {}).overall;
+  EXPECT_NEAR(s.calibration().mean_over_3, 1.0 / 3, 1e-9);
+  EXPECT_NEAR(s.calibrationByPoints().mean_over_3, 4.0 / 3, 1e-9);
+  EXPECT_NEAR(s.calibrationByPoints().mean_sigma, 0.1, 1e-12);
+}
+
 TEST(EvaluateObjects, DuplicateIsAGhost) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
   const std::vector<Prediction> map{predictionAt(1, Vec3(0.5, 0, 0)), predictionAt(2, Vec3(0.2, 0, 0))};

@@ -277,6 +277,19 @@ std::string readCost(const EvalOptions& options, Evaluation& evaluation) {
   return evaluation.cost.is_object() ? "" : path.string() + " is not the stats.json of a run";
 }
 
+/// An error line, empty when done, also where the run has no loops to tell of or no trajectory to check them by.
+std::string scoreLoopsOfRun(const EvalOptions& options, Evaluation& evaluation) {
+  if (!evaluation.scenery.corrected || !evaluation.cost.is_object() || !evaluation.cost.contains("loops")) {
+    return "";
+  }
+  const auto runs = readLoops(evaluation.cost);
+  if (!runs) {
+    return "stats.json: " + runs.error;
+  }
+  evaluation.loops = scoreLoops(*runs, evaluation.scenery.corrected->pairs, revisitScale(options.radius));
+  return "";
+}
+
 /// Reads map and truth and matches their objects; an error line, empty when done.
 std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   auto graph = options.map.empty() ? readGraphJson(options.graph) : readMapObjects(options.map);
@@ -306,7 +319,7 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
 Result<Evaluation> evaluate(const EvalOptions& options) {
   Evaluation evaluation;
   evaluation.radius = options.radius;
-  for (auto* step : {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost}) {
+  for (auto* step : {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun}) {
     if (const std::string error = step(options, evaluation); !error.empty()) {
       return Result<Evaluation>::fail(error);
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "eval/geometry.h"
+#include "eval/loops.h"
 #include "eval/objects.h"
 #include "eval/retrieval.h"
 #include "eval/trajectory.h"
@@ -58,6 +59,7 @@ struct Evaluation {
   std::optional<TrajectoryScore> odometry;  // the mapper's input by the same measure
   std::optional<GeometryScore> geometry;
   std::optional<RetrievalScore> retrieval;
+  std::optional<LoopScore> loops;
   nlohmann::json cost;  // stats.json, null without one
   Scenery scenery;
 };

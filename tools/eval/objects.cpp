@@ -27,8 +27,10 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
       const Vec3 error = prediction.belief.mean - object.belief.mean;
       const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
+        const Mat3 by_points = positionCovariance(prediction.belief);
         pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
-                         normalisedSquare(error, prediction.position_cov), prediction.position_cov.trace() / 3});
+                         normalisedSquare(error, prediction.position_cov), prediction.position_cov.trace() / 3,
+                         normalisedSquare(error, by_points), by_points.trace() / 3});
       }
     }
   }
@@ -132,6 +134,10 @@ Spread ObjectScore::extentError() const { return spreadOf(valuesOf(matches, &Mat
 
 Calibration ObjectScore::calibration() const {
   return calibrate(valuesOf(matches, &Match::normalised_square), valuesOf(matches, &Match::position_variance));
+}
+
+Calibration ObjectScore::calibrationByPoints() const {
+  return calibrate(valuesOf(matches, &Match::square_by_points), valuesOf(matches, &Match::variance_by_points));
 }
 
 void markThings(std::vector<Prediction>& predictions, std::span<const TruthObject> truth) {

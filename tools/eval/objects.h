@@ -18,6 +18,9 @@ struct Match {
   double extent_error = 0;       // m, 2-Wasserstein distance of the two Gaussians
   double normalised_square = 0;  // of the position error under the published position covariance
   double position_variance = 0;  // m^2, mean of that covariance's diagonal
+  // The same with the extent's covariance over the points, which is what a position known by independent points would
+  // have.
+  double square_by_points = 0, variance_by_points = 0;
 };
 
 /// Mean, median and maximum; NaN of nothing.
@@ -41,6 +44,7 @@ struct ObjectScore {
   Spread positionError() const;
   Spread extentError() const;
   Calibration calibration() const;
+  Calibration calibrationByPoints() const;
 };
 
 /// A class with true objects is one of things, whatever the map says of its own objects: else a map could hide its

@@ -96,6 +96,18 @@ std::string formatRetrieval(const Evaluation& e) {
                 r.mapped);
 }
 
+std::string formatLoops(const Evaluation& e) {
+  if (!e.loops) {
+    return "loops: not scored (--trajectory, and a stats.json that tells of them)\n";
+  }
+  const LoopScore& l = *e.loops;
+  const std::string worst = l.checked == 0 ? "" : format(", worst %.3f m and %.3f deg", l.worst, l.worst_deg);
+  return format("loops: %zu asked, %zu accepted, %zu of %zu checked are false", l.asked, l.accepted, l.wrong,
+                l.checked) +
+         worst +
+         format("; %zu true revisits, %zu asked about, %zu closed\n", l.revisits, l.revisits_asked, l.revisits_closed);
+}
+
 double value(const json& object, const char* key) {
   return object.is_object() && object.contains(key) && object[key].is_number() ? object[key].get<double>() : NAN;
 }
@@ -148,6 +160,7 @@ json toJson(const ObjectScore& s) {
           {"position_error", toJson(s.positionError())},
           {"extent_error", toJson(s.extentError())},
           {"calibration", toJson(s.calibration())},
+          {"calibration_by_points", toJson(s.calibrationByPoints())},
           {"matches", toJson(s.matches)},
           {"missed", s.missed},
           {"ghosts", s.ghosts}};
@@ -184,6 +197,18 @@ json toJson(const GeometryScore& g) {
           {"T_reference_estimate", toJson(g.T_reference_estimate)}};
 }
 
+json toJson(const LoopScore& l) {
+  return {{"asked", l.asked},
+          {"accepted", l.accepted},
+          {"checked", l.checked},
+          {"false", l.wrong},
+          {"worst_m", l.worst},
+          {"worst_deg", l.worst_deg},
+          {"revisits", l.revisits},
+          {"revisits_asked", l.revisits_asked},
+          {"revisits_closed", l.revisits_closed}};
+}
+
 json toJson(const RetrievalScore& r) {
   return {{"queries", r.queries},
           {"mapped", r.mapped},
@@ -207,7 +232,7 @@ std::string className(const Evaluation& evaluation, ClassId label) {
 std::string formatTable(const Evaluation& evaluation) {
   return formatObjects(evaluation) + formatCalibration(evaluation.objects.overall.calibration()) +
          formatTrajectories(evaluation) + formatGeometry(evaluation) + formatRetrieval(evaluation) +
-         formatCost(evaluation.cost);
+         formatLoops(evaluation) + formatCost(evaluation.cost);
 }
 
 json toJson(const Evaluation& evaluation) {
@@ -228,6 +253,7 @@ json toJson(const Evaluation& evaluation) {
           {"odometry", toJson(evaluation.odometry)},
           {"geometry", toJson(evaluation.geometry)},
           {"retrieval", toJson(evaluation.retrieval)},
+          {"loops", toJson(evaluation.loops)},
           {"cost", evaluation.cost}};
 }
 

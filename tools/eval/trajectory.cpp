@@ -67,7 +67,7 @@ std::vector<PosePair> pairByTime(std::vector<TimedPose> estimate, const std::vec
   std::vector<PosePair> pairs;
   for (std::size_t i = 0; i < truth.size(); ++i) {
     if (const TimedPose* match = nearestInTime(estimate, times_us[i])) {
-      pairs.push_back({truth[i], match->T_map_body});
+      pairs.push_back({truth[i], match->T_map_body, match->utime_us});
     }
   }
   return pairs;
@@ -76,19 +76,9 @@ std::vector<PosePair> pairByTime(std::vector<TimedPose> estimate, const std::vec
 std::vector<PosePair> pairByRow(const std::vector<TimedPose>& estimate, const std::vector<Pose>& truth) {
   std::vector<PosePair> pairs;
   for (std::size_t i = 0; i < truth.size(); ++i) {
-    pairs.push_back({truth[i], estimate[i].T_map_body});
+    pairs.push_back({truth[i], estimate[i].T_map_body, estimate[i].utime_us});
   }
   return pairs;
-}
-
-/// True path from the first pose to each pose, m.
-std::vector<double> distancesAlong(const std::vector<PosePair>& pairs) {
-  std::vector<double> way;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const Pose& here = pairs[i].T_truth_body;
-    way.push_back(i == 0 ? 0.0 : way.back() + (here.translation() - pairs[i - 1].T_truth_body.translation()).norm());
-  }
-  return way;
 }
 
 /// What the estimated motion from one pose to another adds to the true one.
@@ -118,6 +108,23 @@ Result<std::vector<PosePair>> pairPoses(const std::vector<TimedPose>& estimate, 
     return Pairs::fail(countsOf(estimate, truth) + " make fewer than two pairs: do their times belong together?");
   }
   return Pairs::ok(std::move(pairs));
+}
+
+std::optional<std::size_t> indexAt(std::span<const PosePair> pairs, Micros time_us) {
+  const auto distance = [&](const PosePair& pair) { return std::abs(pair.utime_us - time_us); };
+  const auto nearest = std::ranges::min_element(pairs, {}, distance);
+  return nearest != pairs.end() && distance(*nearest) <= kTimeTolerance_us
+             ? std::optional(static_cast<std::size_t>(nearest - pairs.begin()))
+             : std::nullopt;
+}
+
+std::vector<double> distancesAlong(std::span<const PosePair> pairs) {
+  std::vector<double> way;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Pose& here = pairs[i].T_truth_body;
+    way.push_back(i == 0 ? 0.0 : way.back() + (here.translation() - pairs[i - 1].T_truth_body.translation()).norm());
+  }
+  return way;
 }
 
 Pose alignMap(const std::vector<PosePair>& pairs) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/result.h"
@@ -12,6 +13,7 @@ namespace hgg {
 struct PosePair {
   Pose T_truth_body = Pose::Identity();
   Pose T_map_body = Pose::Identity();
+  Micros utime_us = 0;  // of the estimate
 };
 
 /// Pairs an estimated trajectory with the true poses, which come one a frame: by row when `truth_times_us` is missing
@@ -19,6 +21,12 @@ struct PosePair {
 /// unlike counts without times, unlike numbers of times and poses, fewer than two pairs.
 Result<std::vector<PosePair>> pairPoses(const std::vector<TimedPose>& estimate, const std::vector<Pose>& truth,
                                         const std::optional<std::vector<Micros>>& truth_times_us);
+
+/// The pair whose estimate is of this time, give or take 5 ms; nullopt without one.
+std::optional<std::size_t> indexAt(std::span<const PosePair> pairs, Micros time_us);
+
+/// True path from the first pose to each pose, m.
+std::vector<double> distancesAlong(std::span<const PosePair> pairs);
 
 /// The map's frame is a gauge: T_truth_map that lays the estimate over the truth. Rotation = chordal mean of R_truth
 /// R_map^T over all pairs, translation from the means of the positions. Positions alone would leave the roll about a

@@ -1,6 +1,6 @@
 // The report of one run: data is what hgg-eval --json prints, plus "scenery" (what to draw) and "title".
 const data = JSON.parse(document.getElementById("data").textContent);
-const {overall, trajectory, odometry, geometry, retrieval, cost, scenery} = data;
+const {overall, trajectory, odometry, geometry, retrieval, loops, cost, scenery} = data;
 const percent = (x) => (isNumber(x) ? (100 * x).toFixed(x < 0.0995 || x > 0.995 ? 1 : 0).replace(/\.0$/, "") + " %" : "–");
 
 function tiles() {
@@ -16,6 +16,10 @@ function tiles() {
       geometry ? `map accuracy ${show(geometry.accuracy)} m` : "the truth has no cloud.ply"),
     tile("Retrieval, R@1", retrieval ? show(retrieval.r1) : null, "", retrieval ? `R@3 ${show(retrieval.r3)}, ${retrieval.queries} queries` : "give --answers"),
   ];
+  if (loops) {
+    list.push(tile("Loops accepted", String(loops.accepted), "", `${loops.false} false of ${loops.checked} checked; ${loops.asked} asked; ` +
+      `${loops.revisits_closed} of ${loops.revisits} revisits closed` + (loops.checked ? `; worst ${show(loops.worst_m)} m` : "")));
+  }
   if (cost) {
     list.push(tile("Frame time", show(cost.frame_ms.p50), "ms", `99 %: ${show(cost.frame_ms.p99)} ms, ${cost.frames} frames`));
     list.push(tile("Map", show(cost.map_mb), "MB", `process ${show(cost.peak_rss_mb)} MB at most`));
