@@ -152,7 +152,7 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   MapDelta delta;
   const int frames = std::exchange(frames_, 0);
   if (config_.correction.window) {
-    poses_.add(map_.keyframes().last(), local, alignment.pairs);
+    poses_.add(map_.keyframes().last(), local, alignment);
     if (const auto correction = poses_.solve(map_, config_)) {
       delta = carryOut(*correction);
     }

@@ -7,8 +7,9 @@ namespace hgg {
 namespace {
 
 constexpr std::size_t kViews = 10;  // keyframes: M of eq. fgo
-/// The oldest pose is known as well as the map around it is.
-constexpr double kOldestSigma = 0.01, kOldestTurn = 1e-3;  // m, rad
+/// A pose that the leaves of the map hold is known in it to a part of their size, which no mean of a view comes near:
+/// centroids of views moved such poses by 7 cm.
+constexpr double kHeldShare = 0.0125, kHeldTurn = 2e-4;  // of the leaf size; rad
 
 Mat6 informationOf(double sigma, double sigma_turn) {
   Mat6 information = Mat6::Zero();
@@ -30,9 +31,9 @@ void addMotions(const Map& map, const std::map<KeyframeId, int>& index_of, Windo
 
 }  // namespace
 
-void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs) {
-  View view{keyframe, {}};
-  for (const ObjectPair& pair : pairs) {
+void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
+  View view{keyframe, alignment.leaf_pairs > 0 && alignment.degenerate_directions.empty(), {}};
+  for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
     if (!object.stuff) {
       view.seen_body.emplace_back(pair.map, object.belief);
@@ -69,7 +70,14 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
   if (problem.poses.size() < 2) {
     return std::nullopt;
   }
-  problem.oldest = {problem.poses.front(), informationOf(kOldestSigma, kOldestTurn)};
+  const Mat6 held = informationOf(kHeldShare * config.map.leaf_size, kHeldTurn);
+  problem.oldest = {problem.poses.front(), held};
+  for (std::size_t k = 1; k < views_.size(); ++k) {
+    if (views_[k].is_held) {
+      problem.motions.push_back(
+          {0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], held});
+    }
+  }
   addMotions(map, index_of, problem);
   WindowConfig window;
   window.sigma_floor = config.creation.sigma_floor;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "alignment/align.h"
 #include "config.h"
 #include "correction/window.h"
 #include "map/local_graph.h"
@@ -16,8 +17,8 @@ namespace hgg {
 /// the points' evidence determines better than a mean of views does.
 class PoseWindow {
  public:
-  /// Takes what a new keyframe saw; `pairs` are its objects' nodes.
-  void add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs);
+  /// Takes what a new keyframe saw and how it was aligned.
+  void add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
 
   /// The keyframes where the window has them; nullopt when it is not usable or too short.
   std::optional<MapCorrection> solve(const Map& map, const Config& config) const;
@@ -25,6 +26,7 @@ class PoseWindow {
  private:
   struct View {
     KeyframeId keyframe = -1;
+    bool is_held = false;  // by the map, in every direction
     std::vector<std::pair<NodeId, Belief>> seen_body;
   };
 
