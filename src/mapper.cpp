@@ -199,7 +199,7 @@ std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
   for (const NodeId id : ids) {
     reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
   }
-  std::vector<NodeId> around = map_.near(centre, reach + config_.creation.tile_size);
+  std::vector<NodeId> around = map_.nearActiveOrNot(centre, reach + config_.creation.tile_size);
   std::erase_if(around, isDoubted);
   std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
   std::erase_if(edges, [&](const Edge& e) {
