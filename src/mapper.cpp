@@ -92,6 +92,7 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
   if (config_.correction.loop_closure) {
+    loops_.start(map_);
     map_.setReach(config_.correction.drift_reach);
   }
 }
