@@ -19,9 +19,9 @@ struct StepReport {
   Micros utime_us = 0;
   Pose T_map_body = Pose::Identity();
   Pose T_map_odom = Pose::Identity();
-  KeyframeId keyframe = -1;                // the pose moves with this one
+  KeyframeId keyframe = -1;  // the pose moves with this one
   Pose T_keyframe_body = Pose::Identity();
-  MapDelta delta;                          // of the step as a whole
+  MapDelta delta;         // of the step as a whole
   std::string alignment;  // how the pose came about: "aligned", "degenerate" or "odometry"
   int degenerate = 0;     // directions in which it is odometry's
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
