@@ -93,6 +93,7 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
   if (config_.correction.loop_closure) {
+    loops_.start(map_);
     map_.setReach(config_.correction.drift_reach);
   }
 }
@@ -216,7 +217,7 @@ std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
   for (const NodeId id : ids) {
     reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
   }
-  std::vector<NodeId> around = map_.near(centre, reach + config_.creation.tile_size);
+  std::vector<NodeId> around = map_.nearActiveOrNot(centre, reach + config_.creation.tile_size);
   std::erase_if(around, isDoubted);
   std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
   std::erase_if(edges, [&](const Edge& e) {

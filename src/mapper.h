@@ -21,11 +21,11 @@ struct StepReport {
   Micros utime_us = 0;
   Pose T_map_body = Pose::Identity();
   Pose T_map_odom = Pose::Identity();
-  KeyframeId keyframe = -1;                // the pose moves with this one
-  Pose T_keyframe_body = Pose::Identity();
-  MapDelta delta;                          // of the step as a whole
-  std::string alignment;  // how the pose came about: "aligned", "degenerate" or "odometry"
-  int degenerate = 0;     // directions in which it is odometry's
+  Pose T_keyframe_body = Pose::Identity();  // in the frame of `keyframe`
+  MapDelta delta;                           // of the step as a whole
+  std::string alignment;                    // how the pose came about: "aligned", "degenerate" or "odometry"
+  int degenerate = 0;                       // directions in which it is odometry's
+  KeyframeId keyframe = -1;                 // the pose moves with this one
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
   std::size_t points = 0;                                // kept points
   std::size_t unknown_labels = 0;                        // points with a label outside the class table

@@ -19,7 +19,8 @@ constexpr char kTrajectoryPart[] = "trajectory.tum.part";
 std::string poseText(const Pose& T) {
   const Eigen::Quaterniond q(T.linear());
   const Vec3 t = T.translation();
-  return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+  return fmt::format("{:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g} {:.9g}", t.x(), t.y(), t.z(), q.x(), q.y(), q.z(),
+                     q.w());
 }
 
 Pose readPose(std::istream& in) {
@@ -81,6 +82,7 @@ std::string OutputDirectory::finish(const Mapper& mapper, const RunCounters& cou
       std::rename(corrected.c_str(), path("trajectory.tum").c_str()) == 0) {
     std::remove(part.c_str());
   } else {
+    std::remove(corrected.c_str());
     errors.push_back(fmt::format("{}: cannot write the trajectory (disk full?)", path("trajectory.tum")));
   }
   std::ofstream stats(path("stats.json"), std::ios::trunc);

@@ -155,7 +155,7 @@ TEST(Mapper, TimesItsStagesInTheOrderOfThePipeline) {
     names.push_back(name);
     EXPECT_GE(ms, 0);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "evidence", "update"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "update", "correction"}));
 }
 
 TEST(Mapper, TheMapCarriesTheClassNames) {
@@ -175,7 +175,7 @@ TEST(Mapper, GoingOnFromAFileSeesTheSameObjects) {
     second.step(*it);
   }
   EXPECT_EQ(second.map().revision(), whole.map().revision());
-  EXPECT_EQ(second.map().keyframes().size(), whole.map().keyframes().size());
+  EXPECT_EQ(second.map().keyframes().poses().size(), whole.map().keyframes().poses().size());
   ASSERT_EQ(second.map().nodes().size(), whole.map().nodes().size());
   for (const auto& [id, node] : whole.map().nodes()) {
     const MapNode* resumed = second.map().find(id);

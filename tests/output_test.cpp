@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "map/file.h"
+#include "map/test_map.h"
 #include "test_scene.h"
 #include "tools/scratch.h"
 
@@ -17,13 +18,18 @@ StepReport reportAt(Micros utime_us, const Vec3& position, double yaw) {
   report.utime_us = utime_us;
   report.T_map_body.linear() = Eigen::AngleAxisd(yaw, Vec3::UnitZ()).toRotationMatrix();
   report.T_map_body.translation() = position;
+  report.keyframe = 0;
+  report.T_keyframe_body = report.T_map_body;
   return report;
 }
+
+/// A mapper that goes on from a map with its one keyframe at the origin.
+Mapper someMapper() { return Mapper({}, testClasses(), mapOf({})); }
 
 TEST(OutputDirectory, LeavesMapTrajectoryAndStatistics) {
   const Scratch scratch;
   const std::string directory = (scratch / "new/deep").string();
-  Mapper mapper({}, testClasses());
+  const Mapper mapper = someMapper();
   auto out = OutputDirectory::open(directory);
   ASSERT_TRUE(out) << out.error;
   out->add(reportAt(1'000'007, Vec3(1, 2, 3), M_PI / 2), {12, {}}, mapper.map());
@@ -51,12 +57,62 @@ TEST(OutputDirectory, LeavesMapTrajectoryAndStatistics) {
 
 TEST(OutputDirectory, KeepsTimesOfOurEraToTheMicrosecond) {
   const Scratch scratch;
-  const Mapper mapper({}, testClasses());
+  const Mapper mapper = someMapper();
   auto out = OutputDirectory::open((scratch / "").string());
   ASSERT_TRUE(out) << out.error;
   out->add(reportAt(1'700'000'000'000'042, Vec3(0, 0, 0), 0), {1, {}}, mapper.map());
   ASSERT_EQ(out->finish(mapper, {}), "");
   EXPECT_TRUE(readText(scratch / "trajectory.tum").starts_with("1700000000.000042 "));
+}
+
+TEST(OutputDirectory, PosesEndWhereTheirKeyframesDo) {
+  const Scratch scratch;
+  std::mt19937 random(1);
+  KeyframeGraph keyframes;
+  for (int k = 0; k < 3; ++k) {
+    keyframes.add({k, randomPose(random, 20)});
+  }
+  const Mapper mapper({}, testClasses(), Map::restore({}, keyframes, {}, 1));
+  auto out = OutputDirectory::open((scratch / "").string());
+  ASSERT_TRUE(out) << out.error;
+  std::vector<Pose> expected;
+  for (int frame = 0; frame < 9; ++frame) {
+    StepReport report = reportAt(frame, randomVector(random, 20), 1);  // where it was thought to be at the time
+    report.keyframe = frame / 3;
+    report.T_keyframe_body = randomPose(random, 2);
+    out->add(report, {1, {}}, mapper.map());
+    expected.push_back(keyframes.poses()[static_cast<std::size_t>(frame / 3)].T_map_body * report.T_keyframe_body);
+  }
+  ASSERT_EQ(out->finish(mapper, {}), "");
+  std::istringstream lines(readText(scratch / "trajectory.tum"));
+  for (const Pose& T : expected) {
+    double t = 0;
+    Vec3 p;
+    Eigen::Quaterniond q;
+    lines >> t >> p.x() >> p.y() >> p.z() >> q.x() >> q.y() >> q.z() >> q.w();
+    ASSERT_TRUE(lines);
+    EXPECT_LE((p - T.translation()).norm(), 1e-6);
+    EXPECT_LE(q.angularDistance(Eigen::Quaterniond(T.linear())), 1e-6);
+  }
+  EXPECT_FALSE(std::filesystem::exists((scratch / "trajectory.tum.part").string()));
+}
+
+TEST(OutputDirectory, ALineItCannotReadIsAnErrorThatKeepsThePartAndTheEarlierTrajectory) {
+  const Scratch scratch;
+  writeText(scratch / "trajectory.tum", "earlier");
+  const Mapper mapper = someMapper();
+  auto out = OutputDirectory::open((scratch / "").string());
+  ASSERT_TRUE(out) << out.error;
+  out->add(reportAt(1, Vec3(1, 2, 3), 0), {1, {}}, mapper.map());
+  StepReport unknown = reportAt(2, Vec3(1, 2, 3), 0);
+  unknown.keyframe = 1;
+  out->add(unknown, {1, {}}, mapper.map());
+  const std::string error = out->finish(mapper, {});
+  EXPECT_NE(error.find("trajectory.tum: cannot write the trajectory"), std::string::npos) << error;
+  EXPECT_EQ(readText(scratch / "trajectory.tum"), "earlier");
+  EXPECT_FALSE(std::filesystem::exists((scratch / "trajectory.tum.tmp").string()));
+  EXPECT_EQ(std::ranges::count(readText(scratch / "trajectory.tum.part"), '\n'), 2);
+  EXPECT_TRUE(loadMap((scratch / "map.hgg").string()));
 }
 
 TEST(OutputDirectory, ThatCannotBeMadeIsAnErrorThatNamesIt) {

@@ -1,6 +1,7 @@
 #include "correction/loop_closer.h"
 
 #include <chrono>
+#include <exception>
 #include <utility>
 
 #include "correction/pose_graph.h"
@@ -10,6 +11,8 @@ namespace {
 
 constexpr KeyframeId kAnswerAfter = 2;  // keyframes
 constexpr std::size_t kMostRecords = 1000;
+/// Stored keyframes that are nearer to each other, in radii of what is described, share a description.
+constexpr double kSamePlaceShare = 0.2;
 /// A loop that the pose graph trusts less is none.
 constexpr double kTrusted = 0.5;
 
@@ -51,8 +54,12 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
                                       const std::vector<SimilarClasses>& similar, const Config& config) {
   const LoopAnswer answer = verifyLoop(question, similar, config);
   Closure closure{answer.loop, {}, {}};
-  closure.record = {question.keyframe_before.utime_us, question.keyframe_now.utime_us, answer.alignment.accepted,
-                    answer.alignment.score, answer.loop.T_a_b, answer.alignment.reason};
+  closure.record = {question.keyframe_before.utime_us,
+                    question.keyframe_now.utime_us,
+                    answer.alignment.accepted,
+                    answer.alignment.score,
+                    answer.loop.T_a_b,
+                    answer.alignment.reason};
   if (!closure.record.accepted) {
     return closure;
   }
@@ -67,11 +74,38 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
   return closure;
 }
 
+LoopCloser::Closure LoopCloser::closeSafely(const LoopQuestion& question, KeyframeGraph graph,
+                                            const std::vector<SimilarClasses>& similar, const Config& config) {
+  try {
+    return close(question, std::move(graph), similar, config);
+  } catch (const std::exception& error) {
+    Closure closure;
+    closure.record.before_us = question.keyframe_before.utime_us;
+    closure.record.now_us = question.keyframe_now.utime_us;
+    closure.record.reason = std::string("could not be looked at: ") + error.what();
+    return closure;
+  }
+}
+
 bool LoopCloser::isDue(const Map& map) const {
   if (!pending_.valid() || map.keyframes().last() < asked_at_ + kAnswerAfter) {
     return false;
   }
   return timing_ == LoopTiming::kFixed || pending_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+void LoopCloser::start(const Map& stored) {
+  const double radius = descriptorRadius(config_);
+  Vec3 described = Vec3::Zero();
+  for (const TimedPose& k : stored.keyframes().poses()) {
+    const Vec3 here = k.T_map_body.translation();
+    if (descriptors_.empty() || (here - described).norm() > kSamePlaceShare * radius) {
+      descriptors_.push_back(describePlace(stored, here, radius));
+      described = here;
+    } else {
+      descriptors_.push_back(descriptors_.back());
+    }
+  }
 }
 
 std::optional<MapCorrection> LoopCloser::step(const Map& map) {
@@ -92,9 +126,9 @@ std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   if (!pending_.valid()) {
     if (auto question = findLoopCandidate(map, descriptors_, config_)) {
       asked_at_ = map.keyframes().last();
-      pending_ = std::async(std::launch::async,
-                            [question = std::move(*question), graph = map.keyframes(), similar = similar_,
-                             config = config_] { return close(question, graph, similar, config); });
+      pending_ =
+          std::async(std::launch::async, [question = std::move(*question), graph = map.keyframes(), similar = similar_,
+                                          config = config_] { return closeSafely(question, graph, similar, config); });
     }
   }
   return std::nullopt;

@@ -35,6 +35,8 @@ class LoopCloser {
   LoopCloser(const Config& config, std::vector<SimilarClasses> similar, LoopTiming timing)
       : config_(config), similar_(std::move(similar)), timing_(timing) {}
 
+  /// To be called first with the map that is gone on from, as long as all of it is active: its places may be met again.
+  void start(const Map& stored);
   /// To be called once after each new keyframe of `map`. Returns what an answer that is due makes of the map as it is
   /// now: keyframes that are younger than the question go along with the newest of it.
   std::optional<MapCorrection> step(const Map& map);
@@ -51,6 +53,9 @@ class LoopCloser {
     std::vector<Pose> poses;  // of the keyframes there were when it was asked; empty unless accepted
   };
 
+  /// What goes wrong in it (memory, a solver) costs the loop, not the drive.
+  static Closure closeSafely(const LoopQuestion& question, KeyframeGraph graph,
+                             const std::vector<SimilarClasses>& similar, const Config& config);
   static Closure close(const LoopQuestion& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
                        const Config& config);
   bool isDue(const Map& map) const;
@@ -58,7 +63,7 @@ class LoopCloser {
   Config config_;
   std::vector<SimilarClasses> similar_;
   LoopTiming timing_;
-  std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made
+  std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
   std::future<Closure> pending_;
   KeyframeId asked_at_ = -1;
   std::deque<LoopRecord> records_;

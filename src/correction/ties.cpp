@@ -33,12 +33,49 @@ Unheld unheldOf(const Alignment& alignment) {
   return unheld;
 }
 
+KeyframeId nearestActive(const Map& map, const Vec3& p_map) {
+  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  KeyframeId nearest = map.keyframes().last();
+  for (KeyframeId k = nearest; k >= 0; --k) {
+    const auto distanceOf = [&](KeyframeId id) {
+      return (poses[static_cast<std::size_t>(id)].T_map_body.translation() - p_map).norm();
+    };
+    nearest = map.isActive(k) && distanceOf(k) < distanceOf(nearest) ? k : nearest;
+  }
+  return nearest;
+}
+
+/// The keyframes that most leaves of what was aligned with are anchored to, but for `tied`; the most first.
+std::vector<KeyframeId> anchorsOf(const Map& map, const LocalGraph& local, const Alignment& alignment,
+                                  KeyframeId tied) {
+  std::map<KeyframeId, double> leaves_of;
+  double leaves = 0;
+  for (const ObjectPair& pair : alignment.pairs) {
+    const auto count = static_cast<double>(local.objects[static_cast<std::size_t>(pair.local)].leaves.size());
+    leaves_of[map.find(pair.map)->anchor] += count;
+    leaves += count;
+  }
+  std::vector<std::pair<double, KeyframeId>> ranked;
+  for (const auto& [anchor, count] : leaves_of) {
+    if (anchor >= 0 && anchor != tied && count >= kTieShare * leaves) {
+      ranked.emplace_back(-count, anchor);
+    }
+  }
+  std::sort(ranked.begin(), ranked.end());
+  ranked.resize(std::min(ranked.size(), kMostTies));
+  std::vector<KeyframeId> anchors;
+  for (const auto& [count, anchor] : ranked) {
+    anchors.push_back(anchor);
+  }
+  return anchors;
+}
+
 }  // namespace
 
 Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
                 const Config& config) {
   if (is_jump) {
-    return {std::hypot(travel.sigma, kLost), std::hypot(travel.sigma_turn, kLostTurn)};
+    return {std::hypot(travel.sigma, kLost), std::hypot(travel.sigma_turn, kLostTurn), true};
   }
   const double way = T_last_body.translation().norm(), turn = Eigen::AngleAxisd(T_last_body.linear()).angle();
   const double steps = std::sqrt(way / kStep + turn / kStepTurn);
@@ -48,41 +85,36 @@ Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& 
   const Unheld unheld = unheldOf(alignment);
   return {unheld.position ? travel.sigma + by_odometry
                           : std::hypot(travel.sigma, steps * kLossShare * config.map.leaf_size),
-          unheld.turn ? travel.sigma_turn + turn_by_odometry : std::hypot(travel.sigma_turn, steps * kTurnLoss)};
+          unheld.turn ? travel.sigma_turn + turn_by_odometry : std::hypot(travel.sigma_turn, steps * kTurnLoss),
+          travel.jumped};
 }
 
 std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const LocalGraph& local,
                                  const Alignment& alignment, const Travel& travel, const Config& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
-  const KeyframeId last = map.keyframes().last();
-  if (last < 0) {
+  if (poses.empty()) {
     return {};
   }
   const auto tieTo = [&](KeyframeId k, double sigma, double sigma_turn) {
     const Pose T_k_body = poses[static_cast<std::size_t>(k)].T_map_body.inverse() * T_map_body;
     return KeyframeEdge{k, -1, T_k_body, std::max(sigma, 1e-4), std::max(sigma_turn, 1e-5), false};
   };
-  std::vector<KeyframeEdge> ties{tieTo(last, travel.sigma, travel.sigma_turn)};
-  if (alignment.leaf_pairs == 0 || !alignment.degenerate_directions.empty()) {
-    return ties;
+  const KeyframeId last = map.keyframes().last();
+  std::vector<KeyframeEdge> ties;
+  if (!travel.jumped) {
+    ties.push_back(tieTo(last, travel.sigma, travel.sigma_turn));
   }
-  std::map<KeyframeId, double> leaves_of;
-  double leaves = 0;
-  for (const ObjectPair& pair : alignment.pairs) {
-    const auto count = static_cast<double>(local.objects[static_cast<std::size_t>(pair.local)].leaves.size());
-    leaves_of[map.find(pair.map)->anchor] += count;
-    leaves += count;
-  }
-  std::vector<std::pair<double, KeyframeId>> anchors;
-  for (const auto& [anchor, count] : leaves_of) {
-    if (anchor >= 0 && anchor != last && count >= kTieShare * leaves) {
-      anchors.emplace_back(-count, anchor);
+  const Unheld unheld = unheldOf(alignment);
+  const bool is_held = !unheld.position && !unheld.turn;  // else it drifts from all of the map, not by this step only
+  if (alignment.leaf_pairs > 0 && (is_held || travel.jumped)) {
+    const double sigma = unheld.position ? travel.sigma : kFitShare * config.map.leaf_size;
+    const double sigma_turn = unheld.turn ? travel.sigma_turn : kFitTurn;
+    for (const KeyframeId anchor : anchorsOf(map, local, alignment, travel.jumped ? -1 : last)) {
+      ties.push_back(tieTo(anchor, sigma, sigma_turn));
     }
   }
-  std::sort(anchors.begin(), anchors.end());
-  anchors.resize(std::min(anchors.size(), kMostTies));
-  for (const auto& [count, anchor] : anchors) {
-    ties.push_back(tieTo(anchor, kFitShare * config.map.leaf_size, kFitTurn));
+  if (ties.empty()) {
+    ties.push_back(tieTo(nearestActive(map, T_map_body.translation()), travel.sigma, travel.sigma_turn));
   }
   return ties;
 }

@@ -12,6 +12,7 @@ namespace hgg {
 struct Travel {
   double sigma = 0;       // m
   double sigma_turn = 0;  // rad
+  bool jumped = false;    // odometry said nothing usable on the way
 };
 
 /// `travel` and one more step of odometry, T_last_body: what alignment loses where the frame was aligned, what odometry
@@ -20,7 +21,8 @@ Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& 
                 const Config& config);
 
 /// Ties of a keyframe at T_map_body to the last one, and to the keyframes that most of what it was aligned with is
-/// anchored to.
+/// anchored to. After a jump, or in a stored map, the way from the last one is not known: only where in the map the
+/// robot is. Then what it was aligned with ties it alone, or else the nearest keyframe.
 std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const LocalGraph& local,
                                  const Alignment& alignment, const Travel& travel, const Config& config);
 

@@ -253,7 +253,7 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     e.T_a_b = r.pose();
     e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();
     e.is_loop = r.get<std::uint8_t>() != 0;
-    r.require(e.a >= 0 && e.b >= 0 && e.a <= keyframes.last() && e.b <= keyframes.last() && e.sigma > 0 &&
+    r.require(e.a >= 0 && e.b >= 0 && e.a != e.b && e.a <= keyframes.last() && e.b <= keyframes.last() && e.sigma > 0 &&
               e.sigma_turn > 0);
     if (r.good()) {
       keyframes.connect(e);

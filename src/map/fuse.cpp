@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "core/spd.h"
 #include "map/class_evidence.h"
@@ -225,8 +226,9 @@ NodeId survivor(NodeId a, NodeId b) {
 }
 
 /// Merges every touched thing with the nodes it is one object with; ids absorbed out of the map go to `removed`.
-void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config,
-                 std::vector<NodeId>& removed) {
+/// Returns those that have absorbed another.
+std::set<NodeId> mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config,
+                             std::vector<NodeId>& removed) {
   std::vector<NodeId> queue;
   for (const auto& [id, node] : touched) {
     if (!node.stuff) {
@@ -234,6 +236,7 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
     }
   }
   const Merging merging = mergingOf(config);
+  std::set<NodeId> grown;
   for (std::size_t q = 0; q < queue.size(); ++q) {
     const NodeId id = queue[q];
     if (!touched.contains(id)) {
@@ -256,7 +259,9 @@ void mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, co
       removed.push_back(drop);
     }
     queue.push_back(keep);  // it grew: look again
+    grown.insert(keep);
   }
+  return grown;
 }
 
 }  // namespace
@@ -303,9 +308,13 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
 MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, const ClassTable& classes,
                           const Config& config) {
   MapUpdate update;
+  if (map.keyframes().poses().empty()) {
+    return update;  // nothing can have woken
+  }
   update.pose = map.keyframes().poses().back();
   const Merging merging = mergingOf(config);
   Touched touched;
+  std::set<NodeId> grown;
   for (const NodeId id : woken) {
     const MapNode* node = map.find(id);
     if (node == nullptr) {
@@ -321,12 +330,13 @@ MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, cons
         MapNode& keep = touched.try_emplace(first->id, *first).first->second;
         absorb(keep, *map.find(other), merging.leaf_size, merging.rule);
         update.removed.push_back(other);
+        grown.insert(first->id);
       }
     }
   }
-  mergeGhosts(map, touched, classes, config, update.removed);
+  grown.merge(mergeGhosts(map, touched, classes, config, update.removed));
   for (auto& [id, node] : touched) {
-    if (node.belief.kappa != map.find(id)->belief.kappa) {
+    if (grown.contains(id)) {
       update.changed.push_back(std::move(node));
     }
   }

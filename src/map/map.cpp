@@ -67,15 +67,14 @@ MapDelta Map::apply(const MapCorrection& correction) {
   MapDelta delta;
   delta.revision = ++revision_;
   for (const auto& [id, T_map_body] : correction.moved) {
-    const Pose move = T_map_body * keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body.inverse();
+    const Pose& T_before = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
+    if (T_map_body.matrix() == T_before.matrix()) {
+      continue;  // T T^-1 is the identity only up to rounding
+    }
+    const Pose move = T_map_body * T_before.inverse();
     keyframes_.move(id, T_map_body);
     for (const NodeId moved : anchored_[static_cast<std::size_t>(id)]) {
-      MapNode& node = nodes_.at(moved);
-      unindex(node);
-      node.belief = transform(move, node.belief);
-      node.T_map_object = move * node.T_map_object;
-      node.tile = node.stuff && tile_size_ > 0 ? tileOf(node.belief.mean, tile_size_) : node.tile;
-      index(node);
+      moveNode(nodes_.at(moved), move);
       delta.changed.push_back(moved);
     }
   }
@@ -87,8 +86,23 @@ MapDelta Map::apply(const MapCorrection& correction) {
   return delta;
 }
 
+void Map::moveNode(MapNode& node, const Pose& move) {
+  const Belief belief = transform(move, node.belief);
+  const Tile tile = node.stuff && tile_size_ > 0 ? tileOf(belief.mean, tile_size_) : node.tile;
+  const bool stays = tile == node.tile && cellOf(belief.mean) == cellOf(node.belief.mean);
+  if (!stays) {
+    unindex(node);
+  }
+  node.belief = belief;
+  node.T_map_object = move * node.T_map_object;
+  node.tile = tile;
+  if (!stays) {
+    index(node);
+  }
+}
+
 void Map::findActive(MapDelta& delta) {
-  if (!std::isfinite(reach_)) {
+  if (!std::isfinite(reach_) || keyframes_.last() < 0) {
     return;  // all are
   }
   const std::vector<Drift> drift = keyframes_.driftFrom(keyframes_.last(), reach_);
@@ -104,9 +118,9 @@ void Map::findActive(MapDelta& delta) {
   std::sort(delta.woken.begin(), delta.woken.end());
 }
 
-bool Map::isActive(const MapNode& node) const {
-  const auto anchor = static_cast<std::size_t>(node.anchor);
-  return node.anchor < 0 || anchor >= active_.size() || active_[anchor];
+bool Map::isActive(KeyframeId id) const {
+  const auto k = static_cast<std::size_t>(id);
+  return id < 0 || k >= active_.size() || active_[k];
 }
 
 const MapNode* Map::find(NodeId id) const {
@@ -174,9 +188,9 @@ std::size_t Map::believedCount() const {
 
 double Map::megabytes() const {
   // A tree node, its index entries and its class views cost about 150 B beside the payload.
-  const std::size_t bytes =
-      nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) +
-      keyframes_.poses().size() * sizeof(TimedPose) + keyframes_.edges().size() * (sizeof(KeyframeEdge) + 16);
+  const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) +
+                            keyframes_.poses().size() * sizeof(TimedPose) +
+                            keyframes_.edges().size() * (sizeof(KeyframeEdge) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
 

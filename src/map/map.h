@@ -65,7 +65,9 @@ class Map {
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
   /// The same of all nodes.
   std::vector<NodeId> nearActiveOrNot(const Vec3& centre, double radius) const;
-  bool isActive(const MapNode& node) const;
+  bool isActive(const MapNode& node) const { return isActive(node.anchor); }
+  /// Whether what hangs on a keyframe is active; true for none (-1).
+  bool isActive(KeyframeId id) const;
   const KeyframeGraph& keyframes() const { return keyframes_; }
   std::int64_t revision() const { return revision_; }
   /// Class names of the table the map was built with; empty until set.
@@ -108,14 +110,15 @@ class Map {
   void erase(NodeId id);
   void index(const MapNode& node);
   void unindex(const MapNode& node);
+  void moveNode(MapNode& node, const Pose& move);
   void findActive(MapDelta& delta);
 
   std::map<NodeId, MapNode> nodes_;
   std::unordered_map<Cell, std::vector<NodeId>, CellHash> cells_;
   std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
   KeyframeGraph keyframes_;
-  std::vector<bool> active_;                    // keyframes
-  std::vector<std::vector<NodeId>> anchored_;   // to each keyframe
+  std::vector<bool> active_;                   // keyframes
+  std::vector<std::vector<NodeId>> anchored_;  // to each keyframe
   double reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;

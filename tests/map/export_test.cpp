@@ -79,7 +79,8 @@ TEST(ExportJson, HasTheValuesOfTheMap) {
   for (Eigen::Index k = 0; k < 9; ++k) {
     const double cov = stored.map.find(1)->belief.cov(k / 3, k % 3);
     EXPECT_DOUBLE_EQ(car["cov"][static_cast<std::size_t>(k)], cov);
-    EXPECT_DOUBLE_EQ(car["position_cov"][static_cast<std::size_t>(k)], cov / 42);
+    EXPECT_DOUBLE_EQ(car["position_cov"][static_cast<std::size_t>(k)],
+                     positionCovariance(*stored.map.find(1))(k / 3, k % 3));
   }
   EXPECT_EQ(j["objects"][1]["stuff"], true);
   EXPECT_EQ(j["objects"][2]["name"], "class 99");  // outside the class table

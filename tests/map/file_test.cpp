@@ -112,10 +112,10 @@ TEST(MapFile, RoundTripIsExact) {
   for (const auto& [id, node] : map.nodes()) {
     expectSame(node, *stored->map.find(id));
   }
-  ASSERT_EQ(stored->map.keyframes().size(), map.keyframes().size());
-  for (std::size_t k = 0; k < map.keyframes().size(); ++k) {
-    EXPECT_EQ(stored->map.keyframes()[k].utime_us, map.keyframes()[k].utime_us);
-    EXPECT_EQ(stored->map.keyframes()[k].T_map_body.matrix(), map.keyframes()[k].T_map_body.matrix());
+  ASSERT_EQ(stored->map.keyframes().poses().size(), map.keyframes().poses().size());
+  for (std::size_t k = 0; k < map.keyframes().poses().size(); ++k) {
+    EXPECT_EQ(stored->map.keyframes().poses()[k].utime_us, map.keyframes().poses()[k].utime_us);
+    EXPECT_EQ(stored->map.keyframes().poses()[k].T_map_body.matrix(), map.keyframes().poses()[k].T_map_body.matrix());
   }
   ASSERT_EQ(stored->edges.size(), edges.size());
   for (std::size_t k = 0; k < edges.size(); ++k) {
@@ -166,7 +166,7 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   map.setTileSize(2.5);
   const std::string file = encodeMap(map, {{1, 2, 0.25F}});
   EXPECT_EQ(file.substr(0, 8), "HGGMAP\r\n");
-  EXPECT_EQ(at<std::uint32_t>(file, 8), 2U);
+  EXPECT_EQ(at<std::uint32_t>(file, 8), 3U);
   const std::string payload = payloadOf(file);
   EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);  // classes
   EXPECT_EQ(at<std::uint16_t>(payload, 4), 10);
@@ -176,7 +176,8 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   EXPECT_EQ(at<std::int64_t>(payload, 19), 1);    // revision
   EXPECT_EQ(at<std::int64_t>(payload, 27), 3);    // next_id
   EXPECT_EQ(at<std::uint64_t>(payload, 35), 1U);  // keyframes
-  const std::size_t nodes = 43 + 8 + 96;
+  const std::size_t ties = 43 + 8 + 96, nodes = ties + 8;
+  EXPECT_EQ(at<std::uint64_t>(payload, ties), 0U);
   EXPECT_EQ(at<std::uint64_t>(payload, nodes), 2U);
   const std::size_t first = nodes + 8;
   EXPECT_EQ(at<std::int64_t>(payload, first), 1);
@@ -185,7 +186,8 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   EXPECT_EQ(at<double>(payload, first + 23), 1);     // mean
   EXPECT_EQ(at<double>(payload, first + 47), 0.25);  // covariance
   EXPECT_EQ(at<double>(payload, first + 95), 100);   // kappa
-  const std::size_t leaves = first + 11 + 12 + 80 + 96 + 4 + 16;
+  const std::size_t leaves = first + 11 + 12 + 80 + 96 + 4 + 16 + 4;
+  EXPECT_EQ(at<std::int32_t>(payload, leaves - 4), 0);  // anchor
   EXPECT_EQ(at<std::uint32_t>(payload, leaves), 1U);
   EXPECT_EQ(at<float>(payload, leaves + 4), 0.5F);
   EXPECT_EQ(at<float>(payload, leaves + 40), 9.0F);
@@ -193,7 +195,7 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   EXPECT_EQ(at<std::uint16_t>(payload, classes), 1U);
   EXPECT_EQ(at<std::uint16_t>(payload, classes + 2), 10U);
   EXPECT_EQ(at<float>(payload, classes + 4), 1000.0F);
-  const std::size_t edges = classes + 8 + 223 + 8;
+  const std::size_t edges = classes + 8 + 227 + 8;
   EXPECT_EQ(at<std::uint64_t>(payload, edges), 1U);
   EXPECT_EQ(at<float>(payload, edges + 24), 0.25F);
   EXPECT_EQ(payload.substr(edges + 28), "END.");
@@ -262,8 +264,8 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   const auto loads = [&](const std::string& changed) {
     return static_cast<bool>(decodeMap(fileAround(header, changed)));
   };
-  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104, first = nodes + 8, second = first + 225,
-                    edges = second + 225;
+  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104 + 8, first = nodes + 8, second = first + 229,
+                    edges = second + 229;
   ASSERT_EQ(at<std::uint64_t>(payload, edges), 1U);
   ASSERT_TRUE(loads(payload));
   EXPECT_FALSE(loads(with(payload, 0, std::uint32_t{0xFFFFFFFF})));       // classes without end
@@ -273,12 +275,121 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   EXPECT_FALSE(loads(with(payload, second, std::int64_t{1})));  // an id twice
   EXPECT_FALSE(loads(with(payload, first, std::int64_t{0})));
   EXPECT_FALSE(loads(with(payload, 20, std::int64_t{2})));           // next_id is taken
-  EXPECT_FALSE(loads(with(payload, second + 11, std::int32_t{0})));  // a tile twice
-  EXPECT_FALSE(loads(with(payload, first + 23, std::nan(""))));      // a mean nowhere
-  EXPECT_FALSE(loads(with(payload, first + 95, -1.0)));              // negative evidence
-  EXPECT_FALSE(loads(with(payload, edges + 8, std::int64_t{2})));    // an edge to itself
-  EXPECT_FALSE(loads(with(payload, edges + 16, std::int64_t{3})));   // an edge to nowhere
+  EXPECT_TRUE(loads(with(payload, second + 11, std::int32_t{0})));   // a tile twice: one copy awaits its loop
+  EXPECT_FALSE(loads(with(payload, first + 219, std::int32_t{1})));  // an anchor beyond the keyframes
+  EXPECT_FALSE(loads(with(payload, first + 219, std::int32_t{-2})));
+  EXPECT_FALSE(loads(with(payload, first + 23, std::nan(""))));     // a mean nowhere
+  EXPECT_FALSE(loads(with(payload, first + 95, -1.0)));             // negative evidence
+  EXPECT_FALSE(loads(with(payload, edges + 8, std::int64_t{2})));   // an edge to itself
+  EXPECT_FALSE(loads(with(payload, edges + 16, std::int64_t{3})));  // an edge to nowhere
   EXPECT_FALSE(loads(with(payload, edges + 24, std::numeric_limits<float>::infinity())));
+}
+
+/// A map of three keyframes with a loop, and nodes that hang on the second, the last and none of them.
+Map looseMap() {
+  std::mt19937 random(20);
+  KeyframeGraph keyframes;
+  for (int k = 0; k < 3; ++k) {
+    keyframes.add({100 * k, randomPose(random, 30)});
+  }
+  keyframes.connect({0, 1, randomPose(random, 3), 0.02, 0.001, false});
+  keyframes.connect({1, 2, randomPose(random, 3), 0.03, 0.002, false});
+  keyframes.connect({0, 2, randomPose(random, 3), 0.08, 0.005, true});
+  std::vector<MapNode> nodes;
+  for (const KeyframeId anchor : {1, 2, -1}) {
+    nodes.push_back(randomNode(random, 30));
+    nodes.back().id = static_cast<NodeId>(nodes.size());
+    nodes.back().anchor = anchor;
+  }
+  return Map::restore(nodes, keyframes, {}, 9);
+}
+
+/// The payload as version 2 had it: no ties, no anchors.
+std::string asVersion2(const Map& map) {
+  const auto sizeOf = [](const MapNode& node) {
+    return 11 + 12 + 80 + 96 + 4 + 16 + 4 + 4 + 40 * node.leaves.size() + 2 + 6 * node.classes.views.size();
+  };
+  std::string payload = payloadOf(encodeMap(map, {}));
+  std::size_t offset = 4 + 8 + 8 + 8;
+  for (const auto& [id, name] : map.classNames()) {
+    offset += 4 + name.size();
+  }
+  offset += 8 + 104 * map.keyframes().poses().size();
+  payload.erase(offset, 8 + 121 * map.keyframes().edges().size());
+  offset += 8;
+  for (const auto& [id, node] : map.nodes()) {
+    EXPECT_EQ(at<NodeId>(payload, offset), id);
+    EXPECT_EQ(at<KeyframeId>(payload, offset + 219), node.anchor);
+    payload.erase(offset + 219, 4);
+    offset += sizeOf(node) - 4;
+  }
+  return payload;
+}
+
+std::string headerOf(std::uint32_t version) { return with(encodeMap(Map{}, {}).substr(0, kHeaderBytes), 8, version); }
+
+TEST(MapFile, TiesLoopsAndAnchorsComeBackAsTheyWere) {
+  const Map map = looseMap();
+  const std::string bytes = encodeMap(map, {});
+  const auto stored = decodeMap(bytes);
+  ASSERT_TRUE(stored) << stored.error;
+  ASSERT_EQ(stored->map.keyframes().edges().size(), 3U);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const KeyframeEdge &expected = map.keyframes().edges()[k], &e = stored->map.keyframes().edges()[k];
+    EXPECT_EQ(e.a, expected.a);
+    EXPECT_EQ(e.b, expected.b);
+    EXPECT_EQ(e.T_a_b.matrix(), expected.T_a_b.matrix());
+    EXPECT_EQ(e.sigma, expected.sigma);
+    EXPECT_EQ(e.sigma_turn, expected.sigma_turn);
+    EXPECT_EQ(e.is_loop, k == 2);
+  }
+  EXPECT_EQ(stored->map.find(1)->anchor, 1);
+  EXPECT_EQ(stored->map.find(2)->anchor, 2);
+  EXPECT_EQ(stored->map.find(3)->anchor, -1);
+  EXPECT_EQ(encodeMap(stored->map, {}), bytes);
+}
+
+TEST(MapFile, AMapFromBeforeTiesIsAChainAndItsNodesHangOnNothing) {
+  for (const Map& map : {looseMap(), sampleMap(21, 12)}) {
+    const auto stored = decodeMap(fileAround(headerOf(2), asVersion2(map)));
+    ASSERT_TRUE(stored) << stored.error;
+    const std::vector<TimedPose>& poses = stored->map.keyframes().poses();
+    ASSERT_EQ(poses.size(), map.keyframes().poses().size());
+    ASSERT_EQ(stored->map.keyframes().edges().size(), poses.size() - 1);
+    for (std::size_t k = 1; k < poses.size(); ++k) {
+      const KeyframeEdge& e = stored->map.keyframes().edges()[k - 1];
+      EXPECT_EQ(e.a, static_cast<KeyframeId>(k) - 1);
+      EXPECT_EQ(e.b, static_cast<KeyframeId>(k));
+      EXPECT_FALSE(e.is_loop);
+      EXPECT_TRUE((poses[k - 1].T_map_body * e.T_a_b).isApprox(poses[k].T_map_body, 1e-12));
+    }
+    ASSERT_EQ(stored->map.nodes().size(), map.nodes().size());
+    for (const auto& [id, node] : map.nodes()) {
+      EXPECT_EQ(stored->map.find(id)->anchor, -1);
+      expectSame(node, *stored->map.find(id));
+    }
+  }
+}
+
+TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
+  const std::string payload = payloadOf(encodeMap(looseMap(), {}));
+  const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
+  ASSERT_EQ(at<std::uint64_t>(payload, ties), 3U);
+  const auto loads = [&](const std::string& changed) {
+    return static_cast<bool>(decodeMap(fileAround(headerOf(3), changed)));
+  };
+  ASSERT_TRUE(loads(payload));
+  for (const KeyframeId wrong : {-1, 3, 1 << 30}) {
+    EXPECT_FALSE(loads(with(payload, first, wrong)));
+    EXPECT_FALSE(loads(with(payload, first + 4, wrong)));
+  }
+  EXPECT_FALSE(loads(with(payload, first, KeyframeId{1})));  // to itself
+  for (const double wrong : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong)));
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong)));
+  }
+  EXPECT_FALSE(loads(with(payload, ties, std::uint64_t{4})));
+  EXPECT_FALSE(loads(with(payload, ties, ~std::uint64_t{0})));
 }
 
 TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
@@ -287,7 +398,9 @@ TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
   car.classes = {};
   const std::string bytes = encodeMap(mapOf({car}), {});
   std::string payload = payloadOf(bytes);
-  payload.erase(payload.size() - 4 - 8 - 2, 2);  // before the edges and the end: how many classes the last node has
+  payload.erase(payload.size() - 4 - 8 - 2, 2);            // before the edges and the end: how many classes it has
+  payload.erase(payload.size() - 4 - 8 - 4 - 4, 4);        // its anchor, before the number of its leaves
+  payload.erase(payload.size() - 4 - 8 - 223 - 8 - 8, 8);  // ties, before the number of nodes
   const auto stored = decodeMap(fileAround(with(bytes.substr(0, kHeaderBytes), 8, std::uint32_t{1}), payload));
   ASSERT_TRUE(stored) << stored.error;
   EXPECT_EQ(stored->map.find(1)->classes.views, (ClassWeights{{10, 7.0F}}));
@@ -295,7 +408,7 @@ TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
 
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3), {});
-  for (const std::uint32_t version : {0U, 3U, 77U}) {
+  for (const std::uint32_t version : {0U, 4U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;

@@ -136,8 +136,8 @@ TEST(Fuse, UnmatchedObjectsBecomeNodesWithTheirCounts) {
     EXPECT_EQ(node.last_us, 777);
     EXPECT_LE((node.T_map_object.translation() - node.belief.mean).norm(), 1e-9);
   }
-  EXPECT_EQ(map.keyframes().back().utime_us, 777);
-  EXPECT_EQ(map.keyframes().back().T_map_body.matrix(), T.matrix());
+  EXPECT_EQ(map.keyframes().poses().back().utime_us, 777);
+  EXPECT_EQ(map.keyframes().poses().back().T_map_body.matrix(), T.matrix());
 }
 
 TEST(Fuse, MatchedObjectsMergeAsIfTheirPointsWerePooled) {
@@ -329,7 +329,7 @@ TEST(Fuse, OfAnEmptyFrameOnlyMovesThePose) {
   const MapDelta delta = fuseInto(map, nothing, viewpoint(5, 0));
   EXPECT_TRUE(delta.changed.empty());
   EXPECT_TRUE(delta.removed.empty());
-  EXPECT_EQ(map.keyframes().size(), 2U);
+  EXPECT_EQ(map.keyframes().poses().size(), 2U);
   EXPECT_EQ(map.nodes().size(), 1U);
 }
 

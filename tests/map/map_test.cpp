@@ -147,7 +147,7 @@ TEST(Map, EveryApplyIsARevisionThatNamesWhatItTouched) {
   EXPECT_EQ(delta.revision, 2);
   EXPECT_EQ(delta.changed, (std::vector<NodeId>{3, 4}));
   EXPECT_EQ(delta.removed, (std::vector<NodeId>{1, 2}));
-  EXPECT_EQ(map.apply({}).revision, 3);
+  EXPECT_EQ(map.apply(MapUpdate{}).revision, 3);
 }
 
 TEST(Map, LeafCountFollowsEveryChange) {
@@ -169,16 +169,16 @@ TEST(Map, KeepsAKeyframeEveryTwoMetresOrTwentyDegrees) {
   for (int k = 0; k <= 80; ++k) {
     map.apply(poseAt(t++, at(0.125 * k)));  // 10 m
   }
-  EXPECT_EQ(map.keyframes().size(), 6U);
+  EXPECT_EQ(map.keyframes().poses().size(), 6U);
   for (int k = 1; k <= 12; ++k) {
     map.apply(poseAt(t++, at(10, 7 * k)));  // 84 degrees, a keyframe every third step
   }
-  EXPECT_EQ(map.keyframes().size(), 10U);
+  EXPECT_EQ(map.keyframes().poses().size(), 10U);
   for (int rest = 0; rest < 1000; ++rest) {
     map.apply(poseAt(t++, at(10, 84)));
   }
-  EXPECT_EQ(map.keyframes().size(), 10U);
-  EXPECT_EQ(map.keyframes()[1].utime_us, 16);
+  EXPECT_EQ(map.keyframes().poses().size(), 10U);
+  EXPECT_EQ(map.keyframes().poses()[1].utime_us, 16);
 }
 
 TEST(Map, MemoryEstimateGrowsWithLeavesAndStaysWhenNothingIsNew) {

@@ -1,0 +1,200 @@
+#include "correction/ties.h"
+
+#include <gtest/gtest.h>
+
+#include "map/test_map.h"
+
+namespace hgg {
+namespace {
+
+constexpr ClassId kCar = 10;
+constexpr double kDegree = M_PI / 180;
+
+Pose at(double x, double yaw_deg = 0) {
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(yaw_deg * kDegree, Vec3::UnitZ()).toRotationMatrix();
+  T.translation() = Vec3(x, 0, 0);
+  return T;
+}
+
+Vec6 alongX() { return Vec6::Unit(0); }
+Vec6 aroundZ() { return Vec6::Unit(5); }
+
+Alignment alignedBut(std::vector<Vec6> degenerate) {
+  Alignment alignment;
+  alignment.leaf_pairs = 100;
+  alignment.degenerate_directions = std::move(degenerate);
+  return alignment;
+}
+
+/// A hundred metres in steps of one.
+Travel driven(const Alignment& alignment, double turn_deg = 0) {
+  Travel travel;
+  for (int k = 0; k < 100; ++k) {
+    travel = travelOn(travel, at(1, turn_deg), alignment, false, {});
+  }
+  return travel;
+}
+
+TEST(TravelOn, AnAlignedWayLosesLittle) {
+  const Travel travel = driven(alignedBut({}));
+  EXPECT_NEAR(travel.sigma, std::sqrt(50.0) * 0.05 * Config{}.map.leaf_size, 1e-9);
+  EXPECT_NEAR(travel.sigma_turn, std::sqrt(50.0) * 0.04 * kDegree, 1e-9);
+  EXPECT_LT(travel.sigma, 0.2);
+  EXPECT_LT(travel.sigma_turn, 0.3 * kDegree);
+  EXPECT_FALSE(travel.jumped);
+}
+
+TEST(TravelOn, HowOftenTheWayWasAlignedIsNoMatter) {
+  Travel often;
+  for (int k = 0; k < 1000; ++k) {
+    often = travelOn(often, at(0.1), alignedBut({}), false, {});
+  }
+  EXPECT_NEAR(often.sigma, driven(alignedBut({})).sigma, 1e-9);
+}
+
+TEST(TravelOn, OdometrysWayLosesWhatOdometryDoes) {
+  Config config;
+  const Travel straight = driven({});
+  EXPECT_NEAR(straight.sigma, config.alignment.odometry_drift * 100, 1e-9);
+  EXPECT_NEAR(straight.sigma_turn, config.alignment.odometry_turn_deg * kDegree * 100, 1e-9);
+  const Travel turning = driven({}, 5);
+  EXPECT_NEAR(turning.sigma_turn - straight.sigma_turn, config.alignment.odometry_drift * 500 * kDegree, 1e-9);
+  EXPECT_EQ(travelOn({}, Pose::Identity(), {}, false, config).sigma, 0);
+}
+
+TEST(TravelOn, WhatIsDegenerateInPositionOnlyKeepsItsHeading) {
+  const Travel aligned = driven(alignedBut({})), odometry = driven({});
+  const Travel in_corridor = driven(alignedBut({alongX()}));
+  EXPECT_EQ(in_corridor.sigma, odometry.sigma);
+  EXPECT_EQ(in_corridor.sigma_turn, aligned.sigma_turn);
+  const Travel on_ice = driven(alignedBut({aroundZ()}));
+  EXPECT_EQ(on_ice.sigma, aligned.sigma);
+  EXPECT_EQ(on_ice.sigma_turn, odometry.sigma_turn);
+  const Travel lost = driven(alignedBut({alongX(), aroundZ()}));
+  EXPECT_EQ(lost.sigma, odometry.sigma);
+  EXPECT_EQ(lost.sigma_turn, odometry.sigma_turn);
+}
+
+TEST(TravelOn, AJumpIsLostByThirtyCentimetresAndThreeDegreesUntilTheNextKeyframe) {
+  const Travel once = travelOn({}, at(1000, 100), {}, true, {});
+  EXPECT_NEAR(once.sigma, 0.3, 1e-12);
+  EXPECT_NEAR(once.sigma_turn, 3 * kDegree, 1e-12);
+  const Travel later = travelOn(once, at(1), alignedBut({}), false, {});
+  EXPECT_TRUE(later.jumped);
+  EXPECT_GT(later.sigma, 0.3);
+  EXPECT_NEAR(travelOn({0.4, 4 * kDegree}, at(1), {}, true, {}).sigma, 0.5, 1e-12);
+  EXPECT_NEAR(travelOn({0.4, 4 * kDegree}, at(1), {}, true, {}).sigma_turn, 5 * kDegree, 1e-12);
+}
+
+/// A map with a keyframe every 3 m along x and a car made at each; and a frame that was aligned with all of them, with
+/// this many leaves of each.
+struct Scene {
+  Map map;
+  LocalGraph local;
+  Alignment alignment = alignedBut({});
+
+  explicit Scene(const std::vector<int>& leaves_of) {
+    for (std::size_t k = 0; k < leaves_of.size(); ++k) {
+      MapUpdate update;
+      update.pose = {static_cast<Micros>(k), at(3.0 * static_cast<double>(k))};
+      update.created = {nodeAt(kCar, Vec3(3.0 * static_cast<double>(k), 5, 0))};
+      map.apply(std::move(update));
+      LocalObject object;
+      object.leaves.resize(static_cast<std::size_t>(leaves_of[k]));
+      local.objects.push_back(object);
+      alignment.pairs.push_back({static_cast<int>(k), static_cast<NodeId>(k) + 1, 0});
+    }
+  }
+
+  std::vector<KeyframeEdge> ties(const Pose& T_map_body, const Travel& travel = {0.01, 0.001, false}) const {
+    return tiesOf(T_map_body, map, local, alignment, travel, {});
+  }
+};
+
+std::vector<KeyframeId> endsOf(const std::vector<KeyframeEdge>& ties) {
+  std::vector<KeyframeId> ends;
+  for (const KeyframeEdge& tie : ties) {
+    ends.push_back(tie.a);
+  }
+  return ends;
+}
+
+TEST(TiesOf, GoToTheLastKeyframeAndToTheTwoThatMostLeavesBelongTo) {
+  const Scene scene({20, 50, 5, 70, 30, 90});
+  const Pose T = at(18, 30);
+  const auto ties = scene.ties(T);
+  EXPECT_EQ(endsOf(ties), (std::vector<KeyframeId>{5, 3, 1}));  // the last one has most and its tie already
+  for (const KeyframeEdge& tie : ties) {
+    const Pose& T_map_a = scene.map.keyframes().poses()[static_cast<std::size_t>(tie.a)].T_map_body;
+    EXPECT_TRUE((T_map_a * tie.T_a_b).isApprox(T, 1e-12));
+    EXPECT_FALSE(tie.is_loop);
+  }
+  EXPECT_EQ(ties[0].sigma, 0.01);
+  EXPECT_EQ(ties[0].sigma_turn, 0.001);
+  EXPECT_NEAR(ties[1].sigma, 0.05, 1e-12);  // an eighth of a leaf
+  EXPECT_NEAR(ties[1].sigma_turn, 0.2 * kDegree, 1e-12);
+}
+
+TEST(TiesOf, FewLeavesTieNothing) {
+  EXPECT_EQ(endsOf(Scene({9, 0, 100}).ties(at(9))), (std::vector<KeyframeId>{2}));
+  EXPECT_EQ(endsOf(Scene({12, 0, 100}).ties(at(9))), (std::vector<KeyframeId>{2, 0}));
+}
+
+TEST(TiesOf, NodesOfNoKeyframeTieNothing) {
+  Scene scene({50, 50, 50});
+  std::vector<MapNode> nodes;
+  for (const auto& [id, node] : scene.map.nodes()) {
+    nodes.push_back(node);
+    nodes.back().anchor = -1;
+  }
+  scene.map = Map::restore(nodes, scene.map.keyframes(), {}, 1);
+  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+}
+
+TEST(TiesOf, WhatTheMapDoesNotHoldIsTiedToTheLastKeyframeOnly) {
+  Scene scene({50, 50, 50});
+  scene.alignment.degenerate_directions = {alongX()};
+  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+  scene.alignment.degenerate_directions.clear();
+  scene.alignment.leaf_pairs = 0;
+  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+}
+
+TEST(TiesOf, AnEmptyMapTiesNothing) { EXPECT_TRUE(tiesOf(at(1), {}, {}, {}, {}, {}).empty()); }
+
+TEST(TiesOf, NoTieIsWithoutError) {
+  for (const KeyframeEdge& tie : Scene({50}).ties(at(3), {})) {
+    EXPECT_GT(tie.sigma, 0);
+    EXPECT_GT(tie.sigma_turn, 0);
+  }
+}
+
+TEST(TiesOf, AfterAJumpWhatWasAlignedWithTiesAloneOrElseTheNearestKeyframe) {
+  Scene scene({0, 0, 0, 0, 0, 50});
+  scene.alignment.leaf_pairs = 0;
+  const Travel jumped{0.3, 3 * kDegree, true};
+  EXPECT_EQ(endsOf(scene.ties(at(4), jumped)), (std::vector<KeyframeId>{1}));
+  EXPECT_EQ(scene.ties(at(4), jumped)[0].sigma, 0.3);
+  EXPECT_EQ(endsOf(scene.ties(at(-50), jumped)), (std::vector<KeyframeId>{0}));
+  scene.alignment.leaf_pairs = 100;
+  EXPECT_EQ(endsOf(scene.ties(at(4), jumped)), (std::vector<KeyframeId>{5}));
+  EXPECT_NEAR(scene.ties(at(4), jumped)[0].sigma, 0.05, 1e-12);
+}
+
+TEST(TiesOf, AfterAJumpTheMapTiesInWhatItHoldsAndTheGuessInTheRest) {
+  Scene scene({50, 0, 0});
+  const Travel jumped{0.3, 3 * kDegree, true};
+  scene.alignment.degenerate_directions = {alongX()};
+  auto ties = scene.ties(at(6), jumped);
+  ASSERT_EQ(endsOf(ties), (std::vector<KeyframeId>{0}));
+  EXPECT_EQ(ties[0].sigma, 0.3);
+  EXPECT_NEAR(ties[0].sigma_turn, 0.2 * kDegree, 1e-12);
+  scene.alignment.degenerate_directions = {aroundZ()};
+  ties = scene.ties(at(6), jumped);
+  EXPECT_NEAR(ties[0].sigma, 0.05, 1e-12);
+  EXPECT_EQ(ties[0].sigma_turn, 3 * kDegree);
+}
+
+}  // namespace
+}  // namespace hgg

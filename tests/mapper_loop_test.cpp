@@ -1,0 +1,251 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "map/file.h"
+#include "mapper.h"
+#include "small_world.h"
+#include "test_scene.h"
+
+namespace hgg {
+namespace {
+
+constexpr double kRadius = 12;  // m, of the round
+constexpr int kRound = 76;      // frames, one a metre
+constexpr double kSight = 14;   // m
+
+Pose turned(double yaw, const Vec3& t) {
+  Pose T = Pose::Identity();
+  T.linear() = Eigen::AngleAxisd(yaw, Vec3::UnitZ()).toRotationMatrix();
+  T.translation() = t;
+  return T;
+}
+
+/// On a circle around the origin.
+Pose truthAt(int k) {
+  const double angle = 2 * M_PI * k / kRound;
+  return turned(angle + M_PI / 2, kRadius * Vec3(std::cos(angle), std::sin(angle), 0));
+}
+
+struct Thing {
+  ClassId label = 0;
+  Vec3 centre, half;
+};
+
+/// Cars and poles inside and outside of the circle, none near another.
+std::vector<Thing> yard(unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<Thing> things;
+  while (things.size() < 36) {
+    const double angle = uniform(random, -M_PI, M_PI),
+                 r = things.size() % 3 == 0 ? uniform(random, 0, 8) : uniform(random, 16, 22);
+    const Vec3 centre = r * Vec3(std::cos(angle), std::sin(angle), 0);
+    const auto isNear = [&](const Thing& t) { return (t.centre - centre).head<2>().norm() < 4; };
+    if (std::ranges::none_of(things, isNear)) {
+      const bool is_car = things.size() % 2 == 0;
+      things.push_back({is_car ? kCar : kPole, centre, is_car ? Vec3(1.6, 0.8, 0.7) : Vec3(0.1, 0.1, 1.4)});
+    }
+  }
+  return things;
+}
+
+/// Rounds with an odometry that turns away a little at every step, and poses that are odometry's.
+struct Rounds {
+  std::vector<Thing> things = yard(1);
+  std::mt19937 random{2};
+  Mapper mapper;
+  std::vector<StepReport> reports;
+  Pose T_odom_body = truthAt(0);
+
+  static Config config() {
+    Config config;
+    config.ablation.odometry_pose = true;
+    config.map.active_radius = 50;
+    return config;
+  }
+
+  explicit Rounds(const Config& config = Rounds::config()) : mapper(config, testClasses()) {}
+
+  Frame frameAt(int k) {
+    Frame frame;
+    const Pose T_body_world = truthAt(k).inverse();
+    const auto add = [&](int n, ClassId label, const Vec3& centre, const Vec3& half) {
+      for (int i = 0; i < n; ++i) {
+        frame.points.push_back(pointAt(T_body_world * (centre + half.cwiseProduct(randomVector(random, 1))), label));
+      }
+    };
+    for (const Thing& t : things) {
+      if ((t.centre - truthAt(k).translation()).norm() < kSight) {
+        add(t.label == kCar ? 200 : 80, t.label, t.centre, t.half);
+      }
+    }
+    add(800, kRoad, truthAt(k).translation() - Vec3(0, 0, 1), Vec3(8, 8, 0.02));
+    frame.utime_us = 100'000 * (k + 1);
+    frame.T_odom_body = T_odom_body;
+    return frame;
+  }
+
+  const StepReport& step() {
+    const int k = static_cast<int>(reports.size());
+    if (k > 0) {
+      T_odom_body = T_odom_body * truthAt(k - 1).inverse() * truthAt(k) * turned(0.05 * M_PI / 180, Vec3(0.004, 0, 0));
+    }
+    reports.push_back(mapper.step(frameAt(k)));
+    return reports.back();
+  }
+};
+
+struct Look {
+  Vec3 mean;
+  Mat3 cov;
+  double kappa = 0;
+  Eigen::Matrix4d T_map_object;
+  std::int32_t views = 0;
+  ClassWeights classes;
+  bool operator==(const Look& o) const {
+    return mean == o.mean && cov == o.cov && kappa == o.kappa && T_map_object == o.T_map_object && views == o.views &&
+           classes == o.classes;
+  }
+};
+
+std::map<NodeId, Look> looksOf(const Map& map) {
+  std::map<NodeId, Look> looks;
+  for (const auto& [id, n] : map.nodes()) {
+    looks[id] = {n.belief.mean, n.belief.cov, n.belief.kappa, n.T_map_object.matrix(), n.views, n.classes.views};
+  }
+  return looks;
+}
+
+/// The delta of a step names what it has done, and nothing that is gone as changed.
+void expectNames(const MapDelta& delta, const std::map<NodeId, Look>& before, const std::map<NodeId, Look>& after) {
+  EXPECT_TRUE(std::ranges::is_sorted(delta.changed));
+  EXPECT_TRUE(std::ranges::is_sorted(delta.removed));
+  for (const auto& [id, look] : after) {
+    const auto was = before.find(id);
+    if (was == before.end() || !(was->second == look)) {
+      EXPECT_TRUE(std::ranges::binary_search(delta.changed, id)) << id;
+    }
+  }
+  for (const auto& [id, look] : before) {
+    EXPECT_EQ(std::ranges::binary_search(delta.removed, id), !after.contains(id)) << id;
+  }
+  for (const NodeId id : delta.changed) {
+    EXPECT_TRUE(after.contains(id)) << id;
+  }
+}
+
+double worstError(const std::vector<StepReport>& reports, const KeyframeGraph* keyframes) {
+  double worst = 0;
+  for (std::size_t k = 0; k < reports.size(); ++k) {
+    const StepReport& r = reports[k];
+    const Pose T = keyframes == nullptr
+                       ? r.T_map_body
+                       : Pose(keyframes->poses()[static_cast<std::size_t>(r.keyframe)].T_map_body * r.T_keyframe_body);
+    worst = std::max(worst, (T.translation() - truthAt(static_cast<int>(k)).translation()).norm());
+  }
+  return worst;
+}
+
+TEST(MapperLoop, ClosesARoundAndMovesPosesMapAndTrajectoryTogether) {
+  Rounds rounds;
+  std::int64_t revision = 0;
+  bool corrected = false;
+  while (rounds.reports.size() < kRound + 30 && !corrected) {
+    const auto before = looksOf(rounds.mapper.map());
+    const Pose T_last = rounds.reports.empty() ? truthAt(0) : rounds.reports.back().T_map_body;
+    const StepReport& report = rounds.step();
+    const Map& map = rounds.mapper.map();
+    corrected = rounds.mapper.loops().accepted() > 0;
+    expectNames(report.delta, before, looksOf(map));
+    EXPECT_GT(report.delta.revision, revision);
+    EXPECT_EQ(report.delta.revision, map.revision());
+    revision = report.delta.revision;
+    const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(report.keyframe)].T_map_body;
+    EXPECT_TRUE((T_map_keyframe * report.T_keyframe_body).isApprox(report.T_map_body, 1e-9));
+    EXPECT_TRUE((report.T_map_odom * rounds.T_odom_body).isApprox(report.T_map_body, 1e-9));
+    if (!corrected) {
+      EXPECT_LT((report.T_map_body.translation() - T_last.translation()).norm(), 1.2);
+    }
+  }
+  ASSERT_TRUE(corrected) << (rounds.mapper.loops().records().empty() ? "never asked"
+                                                                     : rounds.mapper.loops().records().back().reason);
+  const double before = worstError(rounds.reports, nullptr);
+  const double after = worstError(rounds.reports, &rounds.mapper.map().keyframes());
+  EXPECT_GT(before, 0.6);
+  EXPECT_LT(after, 0.5 * before);
+  // The next pose goes on from the corrected one.
+  const Pose T_last = rounds.reports.back().T_map_body;
+  EXPECT_LT((rounds.step().T_map_body.translation() - T_last.translation()).norm(), 1.2);
+}
+
+TEST(MapperLoop, TwoRunsGiveTheSameBytes) {
+  Rounds a, b;
+  for (int k = 0; k < kRound + 20; ++k) {
+    a.step();
+    b.step();
+  }
+  EXPECT_EQ(a.mapper.loops().records().size(), b.mapper.loops().records().size());
+  EXPECT_EQ(encodeMap(a.mapper.map(), a.mapper.edges()), encodeMap(b.mapper.map(), b.mapper.edges()));
+}
+
+TEST(MapperLoop, SwitchedOffNothingIsEverInactive) {
+  Config off = Rounds::config(), far = off;
+  off.correction.loop_closure = false;
+  off.correction.drift_reach = 0.01;
+  far.correction.drift_reach = 1000;
+  Rounds without(off), unlimited(far);
+  for (int k = 0; k < kRound + 20; ++k) {
+    without.step();
+    unlimited.step();
+    for (const auto& [id, node] : without.mapper.map().nodes()) {
+      ASSERT_TRUE(without.mapper.map().isActive(node));
+    }
+  }
+  EXPECT_TRUE(without.mapper.loops().records().empty());
+  EXPECT_EQ(without.mapper.loops().accepted() + without.mapper.loops().rejected(), 0);
+  EXPECT_EQ(encodeMap(without.mapper.map(), {}), encodeMap(unlimited.mapper.map(), {}));
+}
+
+TEST(MapperLoop, EdgesOfWhatACorrectionMovedAreThoseOfTheWholeMap) {
+  Rounds rounds;
+  for (int k = 0; k < 60; ++k) {
+    rounds.step();
+  }
+  std::vector<NodeId> ids;
+  std::size_t inactive = 0;
+  for (const auto& [id, node] : rounds.mapper.map().nodes()) {
+    ids.push_back(id);
+    inactive += rounds.mapper.map().isActive(node) ? 0 : 1;
+  }
+  EXPECT_GT(inactive, 5U);
+  EXPECT_EQ(rounds.mapper.edgesOf(ids).size(), rounds.mapper.edges().size());
+}
+
+Frame smallWorldFrame(int i) {
+  const OdometrySample odometry = SmallWorld::odometry(i);
+  return {odometry.utime_us, odometry.T_odom_body, SmallWorld::points(i)};
+}
+
+TEST(MapperResume, AStoredMapIsUsableAtOnceWhereverTheRobotStartsInIt) {
+  Mapper first({}, ClassTable::builtin());
+  for (int i = 0; i < 70; ++i) {
+    first.step(smallWorldFrame(i));
+  }
+  const std::size_t nodes = first.map().nodes().size();
+  for (const int start : {0, 30, 69}) {
+    auto stored = decodeMap(encodeMap(first.map(), {}));
+    ASSERT_TRUE(stored) << stored.error;
+    Mapper second({}, ClassTable::builtin(), std::move(stored->map));
+    for (int i = start; i >= 0 && i > start - 5; --i) {
+      second.step(smallWorldFrame(i));
+      for (const auto& [id, node] : second.map().nodes()) {
+        const bool is_near = (node.belief.mean - Vec3(i, 0, 0)).norm() < 20;
+        EXPECT_TRUE(!is_near || second.map().isActive(node)) << "node " << id << " at " << node.belief.mean.transpose();
+      }
+    }
+    EXPECT_EQ(second.map().nodes().size(), nodes) << "from " << start;
+  }
+}
+
+}  // namespace
+}  // namespace hgg
