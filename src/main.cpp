@@ -1,5 +1,6 @@
 // hggmap: subcommands only. Exit 0 = done, 1 = the answer is no, 2 = bad input or usage.
 #include <fmt/format.h>
+#include <glog/logging.h>
 #include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -329,6 +330,7 @@ int main(int argc, char** argv) {
   // which costs 2 ms a frame.
   mallopt(M_TRIM_THRESHOLD, 128 << 20);
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  FLAGS_minloglevel = google::GLOG_FATAL;  // Ceres speaks to users of its own; ours learn what came of it
   spdlog::set_default_logger(spdlog::stderr_color_mt("hggmap"));
   spdlog::set_pattern("%Y-%m-%d %H:%M:%S.%e %^%l%$ %v");
   CLI::App app("hggmap: LiDAR and odometry in, a probabilistic scene graph out", "hggmap");

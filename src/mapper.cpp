@@ -10,6 +10,7 @@
 
 #include "alignment/align.h"
 #include "alignment/prediction.h"
+#include "core/so3.h"
 #include "creation/object_graph.h"
 #include "map/class_evidence.h"
 #include "map/fuse.h"
@@ -184,9 +185,9 @@ MapDelta Mapper::mergeWoken(MapDelta delta) {
 MapDelta Mapper::carryOut(const MapCorrection& correction) {
   const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
   MapDelta delta = mergeWoken(map_.apply(correction));
-  const Pose move = map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse();
+  const Pose move = orthonormalized(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
   PoseBelief& pose = last_->pose;
-  pose.T_map_body = move * pose.T_map_body;
+  pose.T_map_body = orthonormalized(move * pose.T_map_body);
   Mat6 turn = Mat6::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = move.linear();
   pose.information = turn * pose.information * turn.transpose();

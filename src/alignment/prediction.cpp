@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numbers>
 
+#include "core/so3.h"
+
 namespace hgg {
 namespace {
 
@@ -43,7 +45,7 @@ std::optional<PoseBelief> predictPose(const PoseBelief& last, const Pose& T_last
     return std::nullopt;
   }
   const Mat6 information = factor.solve(Mat6::Identity());
-  return PoseBelief{last.T_map_body * T_last_body, 0.5 * (information + information.transpose())};
+  return PoseBelief{orthonormalized(last.T_map_body * T_last_body), 0.5 * (information + information.transpose())};
 }
 
 PoseBelief startPose(const Pose& T_map_body, bool gauge) {

@@ -4,6 +4,7 @@
 #include <exception>
 #include <utility>
 
+#include "core/so3.h"
 #include "correction/pose_graph.h"
 
 namespace hgg {
@@ -41,7 +42,7 @@ std::vector<Pose> posesOf(const KeyframeGraph& graph) {
 MapCorrection correctionOf(const std::vector<Pose>& found, const Map& map, const KeyframeEdge& loop) {
   const std::vector<TimedPose>& now = map.keyframes().poses();
   MapCorrection correction{{}, {loop}};
-  const Pose move = found.back() * now[found.size() - 1].T_map_body.inverse();
+  const Pose move = orthonormalized(found.back() * now[found.size() - 1].T_map_body.inverse());
   for (std::size_t k = 0; k < now.size(); ++k) {
     correction.moved.emplace_back(static_cast<KeyframeId>(k), k < found.size() ? found[k] : move * now[k].T_map_body);
   }

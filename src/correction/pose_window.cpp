@@ -11,7 +11,11 @@ constexpr std::size_t kViews = 10;  // keyframes: M of eq. fgo
 /// centroids of views moved such poses by 7 cm.
 constexpr double kHeldShare = 0.0125, kHeldTurn = 2e-4;  // of the leaf size; rad
 
+/// What is known better is not told apart: a robot at rest would make the normal equations singular beside it.
+constexpr double kSharpest = 1e-3, kSharpestTurn = 1e-4;  // m, rad
+
 Mat6 informationOf(double sigma, double sigma_turn) {
+  sigma = std::max(sigma, kSharpest), sigma_turn = std::max(sigma_turn, kSharpestTurn);
   Mat6 information = Mat6::Zero();
   information.diagonal() << Vec3::Constant(1 / (sigma * sigma)), Vec3::Constant(1 / (sigma_turn * sigma_turn));
   return information;
@@ -46,6 +50,9 @@ void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignme
 }
 
 std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
+  if (views_.size() < 2 || views_.back().is_held) {
+    return std::nullopt;
+  }
   WindowProblem problem;
   std::map<KeyframeId, int> index_of;
   std::map<NodeId, int> object_of;
@@ -66,9 +73,6 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
       prior.kappa = std::max(0.0, prior.kappa - belief_body.kappa);  // from before the window
       problem.observations.push_back({pose, object->second, belief_body});
     }
-  }
-  if (problem.poses.size() < 2) {
-    return std::nullopt;
   }
   const Mat6 held = informationOf(kHeldShare * config.map.leaf_size, kHeldTurn);
   problem.oldest = {problem.poses.front(), held};

@@ -20,7 +20,8 @@ class PoseWindow {
   /// Takes what a new keyframe saw and how it was aligned.
   void add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
 
-  /// The keyframes where the window has them; nullopt when it is not usable or too short.
+  /// The keyframes where the window has them; nullopt when it is too short or not usable, and where the map holds the
+  /// newest pose: leaves say more than objects do.
   std::optional<MapCorrection> solve(const Map& map, const Config& config) const;
 
  private:

@@ -251,7 +251,9 @@ Eigen::MatrixXd marginalOfPoses(const FactorGraph& graph, const NormalEquations&
     }
   }
   Eigen::MatrixXd S = H.poses;
-  S.selfadjointView<Eigen::Lower>().rankUpdate(whitened.transpose(), -1);
+  if (whitened.rows() > 0) {  // Eigen divides by it
+    S.selfadjointView<Eigen::Lower>().rankUpdate(whitened.transpose(), -1);
+  }
   return S.selfadjointView<Eigen::Lower>();
 }
 

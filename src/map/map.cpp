@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "core/so3.h"
+
 namespace hgg {
 namespace {
 
@@ -71,7 +73,7 @@ MapDelta Map::apply(const MapCorrection& correction) {
     if (T_map_body.matrix() == T_before.matrix()) {
       continue;  // T T^-1 is the identity only up to rounding
     }
-    const Pose move = T_map_body * T_before.inverse();
+    const Pose move = orthonormalized(T_map_body * T_before.inverse());
     keyframes_.move(id, T_map_body);
     for (const NodeId moved : anchored_[static_cast<std::size_t>(id)]) {
       moveNode(nodes_.at(moved), move);
@@ -94,7 +96,7 @@ void Map::moveNode(MapNode& node, const Pose& move) {
     unindex(node);
   }
   node.belief = belief;
-  node.T_map_object = move * node.T_map_object;
+  node.T_map_object = orthonormalized(move * node.T_map_object);
   node.tile = tile;
   if (!stays) {
     index(node);
