@@ -36,7 +36,7 @@ void addMotions(const Map& map, const std::map<KeyframeId, int>& index_of, Windo
 }  // namespace
 
 void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
-  View view{keyframe, alignment.leaf_pairs > 0 && alignment.degenerate_directions.empty(), {}};
+  View view{keyframe, alignment.leaf_pairs > 0, {}};
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
     if (!object.stuff) {

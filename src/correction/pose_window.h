@@ -27,7 +27,7 @@ class PoseWindow {
  private:
   struct View {
     KeyframeId keyframe = -1;
-    bool is_held = false;  // by the map, in every direction
+    bool is_held = false;  // by leaves of the map, if only in some directions: the rest odometry knows better
     std::vector<std::pair<NodeId, Belief>> seen_body;
   };
 

@@ -37,7 +37,7 @@ TEST(CreateLocalGraph, NodesAreTheBeliefsOfTheirPoints) {
   }
   const LocalGraph graph = create(frame);
   EXPECT_EQ(graph.utime_us, 1234567);
-  EXPECT_EQ(graph.points, frame.points.size());
+  EXPECT_EQ(graph.points.size(), frame.points.size());
   int poles = 0, cars = 0;
   for (const LocalObject& object : graph.objects) {
     cars += object.label == kCar ? 1 : 0;
@@ -69,7 +69,7 @@ TEST(CreateLocalGraph, OfNoPointsIsEmpty) {
   const LocalGraph graph = create({});
   EXPECT_TRUE(graph.objects.empty());
   EXPECT_TRUE(graph.edges.empty());
-  EXPECT_EQ(graph.points, 0U);
+  EXPECT_EQ(graph.points.size(), 0U);
 }
 
 TEST(CreateLocalGraph, CountsWhatItDrops) {
@@ -85,7 +85,7 @@ TEST(CreateLocalGraph, CountsWhatItDrops) {
   EXPECT_EQ(graph.out_of_range_points, 2U);
   EXPECT_EQ(graph.ignored_points, 1U);
   EXPECT_EQ(graph.unknown_labels, 1U);
-  EXPECT_EQ(graph.points, frame.points.size() - 5);
+  EXPECT_EQ(graph.points.size(), frame.points.size() - 5);
 }
 
 TEST(CreateLocalGraph, ThePredictedPoseMovesTilesAndNothingElse) {
