@@ -57,7 +57,7 @@ struct MapConfig {
 struct CorrectionConfig {
   bool window = true;
   bool em = true;
-  int em_points = 20000;
+  int em_points = 8000;
   bool loop_closure = true;
   double drift_reach = 0.5;
 };
