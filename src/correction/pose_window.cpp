@@ -11,6 +11,8 @@ constexpr std::size_t kViews = 10;  // keyframes: M of eq. fgo
 /// centroids of views moved such poses by 7 cm.
 constexpr double kHeldShare = 0.0125, kHeldTurn = 2e-4;  // of the leaf size; rad
 
+constexpr double kTrace = 1e-6;
+
 /// What is known better is not told apart: a robot at rest would make the normal equations singular beside it.
 constexpr double kSharpest = 1e-3, kSharpestTurn = 1e-4;  // m, rad
 
@@ -19,6 +21,20 @@ Mat6 informationOf(double sigma, double sigma_turn) {
   Mat6 information = Mat6::Zero();
   information.diagonal() << Vec3::Constant(1 / (sigma * sigma)), Vec3::Constant(1 / (sigma_turn * sigma_turn));
   return information;
+}
+
+/// `held` (diagonal) without what it says of directions of the map frame, in a frame turned by R_map_a. A trace of it
+/// stays, since factors need some.
+Mat6 without(const Mat6& held, const std::vector<Vec6>& directions_map, const Mat3& R_map_a) {
+  Mat6 root = held.cwiseSqrt(), kept = Mat6::Identity(), to_a = Mat6::Zero();
+  to_a.topLeftCorner<3, 3>() = to_a.bottomRightCorner<3, 3>() = R_map_a.transpose();
+  for (const Vec6& direction : directions_map) {
+    const Vec6 u = kept * (root * (to_a * direction));
+    if (u.norm() > 0) {
+      kept -= u * u.transpose() / u.squaredNorm();
+    }
+  }
+  return root * (kept + kTrace * Mat6::Identity()) * root;
 }
 
 /// Ties between keyframes of the window, as measured when they were made.
@@ -36,7 +52,7 @@ void addMotions(const Map& map, const std::map<KeyframeId, int>& index_of, Windo
 }  // namespace
 
 void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
-  View view{keyframe, alignment.leaf_pairs > 0 && alignment.degenerate_directions.empty(), {}};
+  View view{keyframe, alignment.leaf_pairs > 0, alignment.degenerate_directions, {}};
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
     if (!object.stuff) {
@@ -50,7 +66,7 @@ void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignme
 }
 
 std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
-  if (views_.size() < 2 || views_.back().is_held) {
+  if (views_.size() < 2 || (views_.back().is_held && views_.back().degenerate_directions.empty())) {
     return std::nullopt;
   }
   WindowProblem problem;
@@ -78,7 +94,9 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
   problem.oldest = {problem.poses.front(), held};
   for (std::size_t k = 1; k < views_.size(); ++k) {
     if (views_[k].is_held) {
-      problem.motions.push_back({0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], held});
+      const Mat6 information = without(held, views_[k].degenerate_directions, problem.poses.front().linear());
+      problem.motions.push_back(
+          {0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], information});
     }
   }
   addMotions(map, index_of, problem);

@@ -27,7 +27,8 @@ class PoseWindow {
  private:
   struct View {
     KeyframeId keyframe = -1;
-    bool is_held = false;  // by the map, in every direction
+    bool is_held = false;  // by the map, but for the degenerate directions
+    std::vector<Vec6> degenerate_directions;
     std::vector<std::pair<NodeId, Belief>> seen_body;
   };
 
