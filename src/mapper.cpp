@@ -41,7 +41,8 @@ std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<Class
   return names;
 }
 
-/// Two revisions as one.
+/// What one step did first and then, as one. A node is named once: as removed before as changed before as moved,
+/// whichever came first.
 MapDelta joined(MapDelta first, MapDelta second) {
   if (second.revision == 0) {
     return first;
@@ -49,8 +50,11 @@ MapDelta joined(MapDelta first, MapDelta second) {
   MapDelta both;
   both.revision = second.revision;
   std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
+  std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
   std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
-  std::erase_if(both.changed, [&](NodeId id) { return std::ranges::binary_search(both.removed, id); });
+  const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
+  std::erase_if(both.changed, isRemoved);
+  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
   return both;
 }
 
@@ -162,6 +166,7 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   if (config_.correction.em) {
     geometry_.add(map_.keyframes().last(), local, alignment.pairs, frames, config_);
     MapUpdate refined;
+    refined.is_sequel = true;
     refined.pose = map_.keyframes().poses().back();
     refined.changed = geometry_.refine(map_, config_);
     delta = joined(std::move(delta), map_.apply(std::move(refined)));

@@ -102,35 +102,50 @@ struct Look {
   Eigen::Matrix4d T_map_object;
   std::int32_t views = 0;
   ClassWeights classes;
+  std::string leaves;
+  /// Whether `o` is the same thing, elsewhere maybe.
+  bool isMoved(const Look& o) const {
+    return kappa == o.kappa && views == o.views && classes == o.classes && leaves == o.leaves;
+  }
   bool operator==(const Look& o) const {
-    return mean == o.mean && cov == o.cov && kappa == o.kappa && T_map_object == o.T_map_object && views == o.views &&
-           classes == o.classes;
+    return mean == o.mean && cov == o.cov && T_map_object == o.T_map_object && isMoved(o);
   }
 };
 
 std::map<NodeId, Look> looksOf(const Map& map) {
   std::map<NodeId, Look> looks;
   for (const auto& [id, n] : map.nodes()) {
-    looks[id] = {n.belief.mean, n.belief.cov, n.belief.kappa, n.T_map_object.matrix(), n.views, n.classes.views};
+    const std::string leaves(reinterpret_cast<const char*>(n.leaves.data()), n.leaves.size() * sizeof(Leaf));
+    looks[id] = {n.belief.mean, n.belief.cov,    n.belief.kappa, n.T_map_object.matrix(),
+                 n.views,       n.classes.views, leaves};
   }
   return looks;
 }
 
-/// The delta of a step names what it has done, and nothing that is gone as changed.
+/// The delta of a step names what it has done: each node once, and nothing that is gone as changed or moved.
 void expectNames(const MapDelta& delta, const std::map<NodeId, Look>& before, const std::map<NodeId, Look>& after) {
   EXPECT_TRUE(std::ranges::is_sorted(delta.changed));
+  EXPECT_TRUE(std::ranges::is_sorted(delta.moved));
   EXPECT_TRUE(std::ranges::is_sorted(delta.removed));
   for (const auto& [id, look] : after) {
     const auto was = before.find(id);
+    const bool has_moved = std::ranges::binary_search(delta.moved, id);
     if (was == before.end() || !(was->second == look)) {
-      EXPECT_TRUE(std::ranges::binary_search(delta.changed, id)) << id;
+      EXPECT_TRUE(has_moved || std::ranges::binary_search(delta.changed, id)) << id;
+    }
+    if (has_moved) {
+      EXPECT_FALSE(std::ranges::binary_search(delta.changed, id)) << id;
+      ASSERT_TRUE(was != before.end()) << id;
+      EXPECT_TRUE(was->second.isMoved(look)) << id;
     }
   }
   for (const auto& [id, look] : before) {
     EXPECT_EQ(std::ranges::binary_search(delta.removed, id), !after.contains(id)) << id;
   }
-  for (const NodeId id : delta.changed) {
-    EXPECT_TRUE(after.contains(id)) << id;
+  for (const auto& ids : {delta.changed, delta.moved}) {
+    for (const NodeId id : ids) {
+      EXPECT_TRUE(after.contains(id)) << id;
+    }
   }
 }
 
@@ -157,7 +172,7 @@ TEST(MapperLoop, ClosesARoundAndMovesPosesMapAndTrajectoryTogether) {
     const Map& map = rounds.mapper.map();
     corrected = rounds.mapper.loops().accepted() > 0;
     expectNames(report.delta, before, looksOf(map));
-    EXPECT_GT(report.delta.revision, revision);
+    EXPECT_EQ(report.delta.revision, revision + 1) << "corrections are no revisions of their own";
     EXPECT_EQ(report.delta.revision, map.revision());
     revision = report.delta.revision;
     const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(report.keyframe)].T_map_body;

@@ -112,15 +112,19 @@ TEST(Mapper, TwoRunsGiveTheSameBytes) {
 
 TEST(Mapper, AFrameWithoutPointsIsAFrame) {
   Mapper mapper = mapped(drive(5, 3));
-  const std::size_t objects = mapper.map().nodes().size();
+  const Map before = mapper.map();
   Frame empty;
   empty.utime_us = 999;
   empty.T_odom_body = poseAt(4);
   const StepReport report = mapper.step(empty);
   EXPECT_EQ(report.utime_us, 999);
   EXPECT_EQ(report.points, 0U);
-  EXPECT_TRUE(report.delta.changed.empty());
-  EXPECT_EQ(mapper.map().nodes().size(), objects);
+  EXPECT_TRUE(report.delta.removed.empty());
+  ASSERT_EQ(mapper.map().nodes().size(), before.nodes().size());
+  for (const auto& [id, node] : mapper.map().nodes()) {  // correction may refine its leaves
+    EXPECT_EQ(node.views, before.find(id)->views);
+    EXPECT_EQ(node.belief.kappa, before.find(id)->belief.kappa);
+  }
   EXPECT_EQ(Mapper({}, testClasses()).step(Frame{}).points, 0U);
 }
 

@@ -1,6 +1,8 @@
 #include "correction/geometry_window.h"
 
 #include <algorithm>
+#include <map>
+#include <numeric>
 
 #include "correction/em.h"
 
@@ -12,8 +14,8 @@ constexpr int kIterations = 2;
 constexpr double kGate = 3;          // standard deviations
 constexpr double kFewestPoints = 1;  // a leaf with less evidence is none
 
-/// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the points
-/// lay on it, the rest taken to be like the whole.
+/// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the
+/// points lay on it, the rest taken to be like the whole.
 std::vector<Belief> withoutWindow(const std::vector<Belief>& leaves, const std::vector<Vec3>& points,
                                   const EmOptions& options) {
   const Sight sight = findSight(leaves, points, options);
@@ -26,19 +28,38 @@ std::vector<Belief> withoutWindow(const std::vector<Belief>& leaves, const std::
   return prior;
 }
 
-std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const std::vector<Vec3>& points, const EmOptions& options) {
+double evidenceOf(const std::vector<Belief>& leaves) {
+  return std::accumulate(leaves.begin(), leaves.end(), 0.0, [](double sum, const Belief& b) { return sum + b.kappa; });
+}
+
+/// The points of a node in the window.
+struct Sample {
+  std::vector<Vec3> points;  // object frame
+  double measured = 0;       // points that they stand for
+};
+
+/// EM lays evidence on other leaves and makes none: all of it was counted when the frames were fused.
+std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const Sample& sample, EmOptions options) {
   std::vector<Belief> start;
   start.reserve(leaves.size());
   for (const Leaf& leaf : leaves) {
     start.push_back(unpackLeaf(leaf));
   }
-  const EmResult result = refineLeaves(withoutWindow(start, points, options), start, points, options);
+  const double evidence = evidenceOf(start);
+  // Not every frame between two keyframes saw the node: its points stand for no more than it was given.
+  options.point_weight = std::min(sample.measured, evidence) / static_cast<double>(sample.points.size());
+  std::vector<Belief> found =
+      refineLeaves(withoutWindow(start, sample.points, options), start, sample.points, options).leaves;
+  std::erase_if(found, [](const Belief& leaf) { return leaf.kappa < kFewestPoints; });
+  if (found.empty()) {
+    return leaves;
+  }
+  const double scale = evidence / evidenceOf(found);
   std::vector<Leaf> out;
-  out.reserve(leaves.size());
-  for (const Belief& leaf : result.leaves) {
-    if (leaf.kappa >= kFewestPoints) {
-      out.push_back(packLeaf(leaf));
-    }
+  out.reserve(found.size());
+  for (Belief& leaf : found) {
+    leaf.kappa *= scale;
+    out.push_back(packLeaf(leaf));
   }
   return out;
 }
@@ -48,7 +69,7 @@ std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const std::vector<Vec
 void GeometryWindow::add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs, int frames,
                          const Config& config) {
   const auto most = static_cast<std::size_t>(config.correction.em_points);
-  const std::size_t stride = 1 + local.points.size() / most;
+  const std::size_t stride = std::max<std::size_t>(1, (local.points.size() + most - 1) / most);
   View view{keyframe, static_cast<double>(stride) * std::max(frames, 1), {}};
   for (const ObjectPair& pair : pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
@@ -66,11 +87,9 @@ void GeometryWindow::add(KeyframeId keyframe, const LocalGraph& local, const std
 }
 
 std::vector<MapNode> GeometryWindow::refine(const Map& map, const Config& config) const {
-  std::map<NodeId, std::vector<Vec3>> points_of;  // object frame
-  double weight = 0;
+  std::map<NodeId, Sample> samples;
   for (const View& view : views_) {
     const Pose& T_map_body = map.keyframes().poses()[static_cast<std::size_t>(view.keyframe)].T_map_body;
-    weight += view.point_weight / static_cast<double>(views_.size());
     for (const Part& part : view.parts) {
       const MapNode* node = map.find(part.id);
       if (node == nullptr || (part.id + views_.back().keyframe) % static_cast<NodeId>(kViews) != 0) {
@@ -78,16 +97,18 @@ std::vector<MapNode> GeometryWindow::refine(const Map& map, const Config& config
       }
       const Pose T_object_body = node->T_map_object.inverse() * T_map_body;
       for (const Eigen::Vector3f& p : part.points_body) {
-        points_of[part.id].push_back(T_object_body * p.cast<double>());
+        Sample& sample = samples[part.id];
+        sample.points.push_back(T_object_body * p.cast<double>());
+        sample.measured += view.point_weight;
       }
     }
   }
   const double floor = config.creation.sigma_floor;
-  const EmOptions options{floor * floor, kIterations, kGate, weight};
+  const EmOptions options{floor * floor, kIterations, kGate, 1};
   std::vector<MapNode> nodes;
-  for (const auto& [id, points] : points_of) {
+  for (const auto& [id, sample] : samples) {
     nodes.push_back(*map.find(id));
-    nodes.back().leaves = refined(nodes.back().leaves, points, options);
+    nodes.back().leaves = refined(nodes.back().leaves, sample, options);
   }
   return nodes;
 }

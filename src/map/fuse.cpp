@@ -308,6 +308,7 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
 MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, const ClassTable& classes,
                           const Config& config) {
   MapUpdate update;
+  update.is_sequel = true;
   if (map.keyframes().poses().empty()) {
     return update;  // nothing can have woken
   }

@@ -25,7 +25,7 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
 
 /// Merges each of `woken` (ids of active nodes, ascending; what is gone is passed over) with the active nodes it is one
 /// with: stuff of one tile, things that are one object. What a loop has brought together, or what was out of reach for
-/// a while.
+/// a while. A sequel to the frame before it.
 MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, const ClassTable& classes,
                           const Config& config);
 

@@ -30,7 +30,7 @@ std::size_t Map::CellHash::operator()(const Cell& c) const {
 
 MapDelta Map::apply(MapUpdate update) {
   MapDelta delta;
-  delta.revision = ++revision_;
+  delta.revision = update.is_sequel ? revision_ : ++revision_;
   if (keyframes_.needsOne(update.pose.T_map_body)) {
     const KeyframeId id = keyframes_.add(update.pose);
     anchored_.emplace_back();
@@ -67,7 +67,7 @@ MapDelta Map::apply(MapUpdate update) {
 
 MapDelta Map::apply(const MapCorrection& correction) {
   MapDelta delta;
-  delta.revision = ++revision_;
+  delta.revision = revision_;
   for (const auto& [id, T_map_body] : correction.moved) {
     const Pose& T_before = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
     if (T_map_body.matrix() == T_before.matrix()) {
@@ -77,14 +77,14 @@ MapDelta Map::apply(const MapCorrection& correction) {
     keyframes_.move(id, T_map_body);
     for (const NodeId moved : anchored_[static_cast<std::size_t>(id)]) {
       moveNode(nodes_.at(moved), move);
-      delta.changed.push_back(moved);
+      delta.moved.push_back(moved);
     }
   }
   for (const KeyframeEdge& loop : correction.loops) {
     keyframes_.connect(loop);
   }
   findActive(delta);
-  std::sort(delta.changed.begin(), delta.changed.end());
+  std::sort(delta.moved.begin(), delta.moved.end());
   return delta;
 }
 

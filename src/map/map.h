@@ -27,6 +27,7 @@ struct MapUpdate {
   std::vector<MapNode> created;         // id 0: the map gives them one
   std::vector<NodeId> removed;          // absorbed into another node, or faded
   std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
+  bool is_sequel = false;               // to the frame before it, whose revision it belongs to
 };
 
 /// What correction does to the map: keyframes and where they are to be, and loops that were closed.
@@ -39,6 +40,7 @@ struct MapCorrection {
 struct MapDelta {
   std::int64_t revision = 0;
   std::vector<NodeId> changed;  // created, changed or witnessed, ascending
+  std::vector<NodeId> moved;    // rigidly with their anchors and otherwise as they were, ascending
   std::vector<NodeId> removed;  // ascending
   std::vector<NodeId> woken;    // active from now on, ascending: may be there twice
 };
@@ -51,7 +53,8 @@ struct MapDelta {
 class Map {
  public:
   MapDelta apply(MapUpdate update);
-  /// Moves each node rigidly with its anchor. Tiles are named anew by where they have come to lie.
+  /// Moves each node rigidly with its anchor. Tiles are named anew by where they have come to lie. Belongs to the
+  /// revision of the frame before it.
   MapDelta apply(const MapCorrection& correction);
 
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }

@@ -1,6 +1,7 @@
 #include "publish/publish.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace hgg {
 namespace {
@@ -27,7 +28,9 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   GraphUpdate update;
   update.utime_us = report.utime_us;
   update.revision = report.delta.revision;
-  for (const NodeId id : report.delta.changed) {
+  std::vector<NodeId> touched;
+  std::ranges::set_union(report.delta.changed, report.delta.moved, std::back_inserter(touched));
+  for (const NodeId id : touched) {
     const MapNode& node = *mapper.map().find(id);
     if (isBelieved(node)) {
       update.objects.push_back(summarise(node, mapper.classes()));

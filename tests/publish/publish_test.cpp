@@ -69,6 +69,29 @@ TEST(Publish, AThingInDoubtIsRemovedAndOneBelievedInSaysHowMuch) {
   EXPECT_EQ(completeGraph(mapper, 0).objects.size(), 1U);
 }
 
+TEST(Publish, WhatOnlyMovedIsSentWithoutItsEdges) {
+  const Drive drive(20);
+  const Edge edge = drive.mapper.edges().at(0);
+  StepReport report;
+  report.delta.moved = {edge.a, edge.b};
+  const GraphUpdate moved = changedGraph(drive.mapper, report);
+  ASSERT_EQ(moved.objects.size(), 2U);
+  EXPECT_EQ(moved.objects[0].id, edge.a);
+  EXPECT_EQ(moved.objects[0].belief.mean, drive.mapper.map().find(edge.a)->belief.mean);
+  EXPECT_TRUE(moved.edges.empty());
+  report.delta = {};
+  report.delta.changed = {edge.b};
+  report.delta.moved = {edge.a};
+  const GraphUpdate both = changedGraph(drive.mapper, report);
+  ASSERT_EQ(both.objects.size(), 2U);
+  EXPECT_EQ(both.objects[0].id, edge.a);
+  EXPECT_EQ(both.objects[1].id, edge.b);
+  ASSERT_FALSE(both.edges.empty());
+  for (const Edge& e : both.edges) {
+    EXPECT_TRUE(e.a == edge.b || e.b == edge.b);
+  }
+}
+
 TEST(Publish, RevisionsCountUpByOne) {
   const Drive drive(10);
   for (std::size_t i = 1; i < drive.updates.size(); ++i) {
