@@ -12,8 +12,8 @@ constexpr int kIterations = 2;
 constexpr double kGate = 3;          // standard deviations
 constexpr double kFewestPoints = 1;  // a leaf with less evidence is none
 
-/// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the points
-/// lay on it, the rest taken to be like the whole.
+/// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the
+/// points lay on it, the rest taken to be like the whole.
 std::vector<Belief> withoutWindow(const std::vector<Belief>& leaves, const std::vector<Vec3>& points,
                                   const EmOptions& options) {
   const Sight sight = findSight(leaves, points, options);

@@ -18,8 +18,8 @@ class GeometryWindow {
   void add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs, int frames,
            const Config& config);
 
-  /// Nodes with refined leaves: of those in the window the ones whose turn it is, each once in a window's length. Poses,
-  /// object frames and the beliefs over whole objects stay as they are.
+  /// Nodes with refined leaves: of those in the window the ones whose turn it is, each once in a window's length.
+  /// Poses, object frames and the beliefs over whole objects stay as they are.
   std::vector<MapNode> refine(const Map& map, const Config& config) const;
 
  private:
