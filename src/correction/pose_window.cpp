@@ -78,8 +78,7 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
   problem.oldest = {problem.poses.front(), held};
   for (std::size_t k = 1; k < views_.size(); ++k) {
     if (views_[k].is_held) {
-      problem.motions.push_back(
-          {0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], held});
+      problem.motions.push_back({0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], held});
     }
   }
   addMotions(map, index_of, problem);

@@ -15,8 +15,8 @@ namespace hgg {
 ///   magic     := 8 bytes "HGGMAP\r\n"          (a text-mode transfer breaks it visibly)
 ///   version   := u32, 3                          (2 is read too: no ties, no anchors; 1: its nodes have no classes)
 ///   frame     := a zstd frame with content size and content checksum; at most 4 MiB of the payload
-///   payload   := classes tile_size revision next_id keyframes ties nodes edges "END."     (the frames' contents,
-///   joined) classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
+///   payload   := classes tile_size revision next_id keyframes ties nodes edges "END."   (frames joined)
+///   classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
 ///   tile_size := f64                                                                       m, edge of the stuff tiles
 ///   revision  := i64
 ///   next_id   := i64                            the id of the next new node; above every id that was ever given

@@ -116,21 +116,15 @@ TEST(PoseWindow, LeavesPosesAloneWhileTheMapHoldsTheNewest) {
   EXPECT_FALSE(drive.window.solve(drive.map, {}));
 }
 
-TEST(PoseWindow, APoseThatTheMapHoldsInSomeDirectionsOnlyIsSolvedFor) {
+TEST(PoseWindow, LeavesAPoseAloneThatTheMapHoldsInSomeDirectionsOnly) {
   DriftingDrive drive(5, 12);
   for (int k = 0; k < 4; ++k) {
-    drive.add(k, heldByTheMap());
+    drive.add(k);
   }
   Alignment along_a_wall = heldByTheMap();
   along_a_wall.degenerate_directions.push_back(Vec6::Unit(0));
   drive.add(4, along_a_wall);
-  const auto correction = drive.window.solve(drive.map, {});
-  ASSERT_TRUE(correction);
-  // What the map held hardly moves.
-  for (const auto& [id, T] : correction->moved) {
-    const Pose& before = drive.map.keyframes().poses()[static_cast<std::size_t>(id)].T_map_body;
-    EXPECT_LE((T.translation() - before.translation()).norm(), id < 4 ? 0.01 : 1) << id;
-  }
+  EXPECT_FALSE(drive.window.solve(drive.map, {}));
 }
 
 TEST(PoseWindow, ObjectsBringPosesThatDriftCloserToTheTruth) {
