@@ -158,17 +158,17 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   MapDelta delta;
   const int frames = std::exchange(frames_, 0);
   if (config_.correction.window) {
-    poses_.add(map_.keyframes().last(), local, alignment);
-    if (const auto correction = poses_.solve(map_, config_)) {
+    pose_window_.add(map_.keyframes().last(), local, alignment);
+    if (const auto correction = pose_window_.solve(map_, config_)) {
       delta = carryOut(*correction);
     }
   }
   if (config_.correction.em) {
-    geometry_.add(map_.keyframes().last(), local, alignment.pairs, frames, config_);
+    geometry_window_.add(map_.keyframes().last(), local, alignment.pairs, frames, config_);
     MapUpdate refined;
     refined.is_sequel = true;
     refined.pose = map_.keyframes().poses().back();
-    refined.changed = geometry_.refine(map_, config_);
+    refined.changed = geometry_window_.refine(map_, config_);
     delta = joined(std::move(delta), map_.apply(std::move(refined)));
   }
   if (config_.correction.loop_closure) {

@@ -72,8 +72,8 @@ class Mapper {
   Config config_;
   ClassTable classes_;
   Map map_;
-  PoseWindow poses_;
-  GeometryWindow geometry_;
+  PoseWindow pose_window_;
+  GeometryWindow geometry_window_;
   LoopCloser loops_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;

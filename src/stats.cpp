@@ -30,6 +30,15 @@ nlohmann::ordered_json summary(const Distribution& d) {
           {"mean", rounded(d.mean())}};
 }
 
+nlohmann::ordered_json toJson(const LoopRecord& loop) {
+  std::vector<double> rows;
+  for (Eigen::Index k = 0; k < 12; ++k) {
+    rows.push_back(loop.T_before_now.matrix()(k / 4, k % 4));
+  }
+  return {{"before_us", loop.before_us},  {"now_us", loop.now_us}, {"accepted", loop.accepted},
+          {"score", rounded(loop.score)}, {"T_before_now", rows},  {"reason", loop.reason}};
+}
+
 }  // namespace
 
 void Distribution::add(double value) {
@@ -97,19 +106,6 @@ void RunStats::add(const FrameTiming& timing, double map_mb) {
     sample_every_ *= 2;
   }
 }
-
-namespace {
-
-nlohmann::ordered_json toJson(const LoopRecord& loop) {
-  std::vector<double> rows;
-  for (Eigen::Index k = 0; k < 12; ++k) {
-    rows.push_back(loop.T_before_now.matrix()(k / 4, k % 4));
-  }
-  return {{"before_us", loop.before_us},  {"now_us", loop.now_us}, {"accepted", loop.accepted},
-          {"score", rounded(loop.score)}, {"T_before_now", rows},  {"reason", loop.reason}};
-}
-
-}  // namespace
 
 std::string RunStats::json(const RunCounters& c, const Map& map, const LoopCloser& loops) const {
   nlohmann::ordered_json j;

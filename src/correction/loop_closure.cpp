@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <ranges>
 #include <utility>
 
 namespace hgg {
@@ -77,13 +78,16 @@ struct LoopCandidate {
 LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors, const Config& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   const Vec3 here = poses.back().T_map_body.translation();
-  const auto reached = map.keyframes().driftFrom(map.keyframes().last(), map.reach());
+  const auto isReached = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
+  if (std::ranges::all_of(std::views::iota(std::size_t{0}, poses.size()), isReached)) {
+    return {};
+  }
   const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
   LoopCandidate best;
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     const double distance = (poses[k].T_map_body.translation() - here).norm();
     const double allowed = kDriftBound * drift[k].position + kPassShare * config.map.active_radius;
-    if (reached[k].position >= 0 || drift[k].position < 0 || distance > allowed) {
+    if (isReached(k) || drift[k].position < 0 || distance > allowed) {
       continue;
     }
     const double nearness = 1 - distance / allowed;

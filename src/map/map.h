@@ -82,7 +82,6 @@ class Map {
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
   /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
   void setReach(double reach) { reach_ = reach; }
-  double reach() const { return reach_; }
 
   /// How many of the nodes are believed in.
   std::size_t believedCount() const;

@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "random_geometry.h"
+#include "reference_vectors.h"
 
 namespace hgg {
 namespace {
@@ -13,14 +11,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kNoRobust = 1e6;  // so large that the kernel is the square
-
-Vec3 vec3(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
-
-Mat3 mat3(const Json& j) {
-  Mat3 m;
-  m << j[0][0], j[0][1], j[0][2], j[1][0], j[1][1], j[1][2], j[2][0], j[2][1], j[2][2];
-  return m;
-}
 
 Pose poseOf(const Mat3& R, const Vec3& t) {
   Pose T = Pose::Identity();
@@ -37,7 +27,7 @@ struct ReferenceCase {
 
 std::vector<ReferenceCase> referenceCases() {
   std::vector<ReferenceCase> cases;
-  for (const Json& c : Json::parse(std::ifstream(HGG_TEST_DATA "/vectors.json")).at("registration")) {
+  for (const Json& c : section("registration")) {
     ReferenceCase r{{},
                     poseOf(mat3(c["rotation_true"]), vec3(c["translation_true"])),
                     poseOf(mat3(c["rotation_probe"]), vec3(c["translation_probe"])),

@@ -1,10 +1,9 @@
 // Independent values for the closed-form formulas of the method (numpy/scipy in double precision; the geodesics at 60
 // digits, since double-precision matrix powers lose up to 3e-9 on the flattest pair). tests/data/vectors.json carries
 // the numbers.
-#include <gtest/gtest.h>
+#include "reference_vectors.h"
 
-#include <fstream>
-#include <nlohmann/json.hpp>
+#include <gtest/gtest.h>
 
 #include "alignment/assignment.h"
 #include "core/belief.h"
@@ -15,19 +14,6 @@ namespace hgg {
 namespace {
 
 using Json = nlohmann::json;
-
-const Json& section(const char* name) {
-  static const Json kVectors = Json::parse(std::ifstream(HGG_TEST_DATA "/vectors.json"));
-  return kVectors.at(name);
-}
-
-Vec3 vec3(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
-
-Mat3 mat3(const Json& j) {
-  Mat3 m;
-  m << j[0][0], j[0][1], j[0][2], j[1][0], j[1][1], j[1][2], j[2][0], j[2][1], j[2][2];
-  return m;
-}
 
 Belief belief(const Json& j) { return {vec3(j["mean"]), mat3(j["cov"]), j["kappa"]}; }
 

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
 #include "core/spd.h"
 #include "map/node.h"
 #include "random_geometry.h"
+#include "reference_vectors.h"
 
 namespace hgg {
 namespace {
@@ -20,14 +19,6 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-Vec3 vec3(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
-
-Mat3 mat3(const Json& j) {
-  Mat3 m;
-  m << j[0][0], j[0][1], j[0][2], j[1][0], j[1][1], j[1][2], j[2][0], j[2][1], j[2][2];
-  return m;
-}
 
 Vec3 normalVector(std::mt19937& random) {
   std::normal_distribution<double> normal;
@@ -111,7 +102,7 @@ struct Reference {
 
 Reference reference() {
   Reference r;
-  r.json = Json::parse(std::ifstream(HGG_TEST_DATA "/vectors.json")).at("em_iteration").at(0);
+  r.json = section("em_iteration").at(0);
   for (std::size_t k = 0; k < r.json["means"].size(); ++k) {
     r.before.push_back({vec3(r.json["means"][k]), mat3(r.json["covs"][k]), r.json["kappas"][k]});
     r.after.push_back({vec3(r.json["means_out"][k]), mat3(r.json["covs_out"][k]), r.json["counts"][k]});

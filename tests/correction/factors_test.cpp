@@ -2,31 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/so3.h"
 #include "core/spd.h"
 #include "random_geometry.h"
+#include "reference_vectors.h"
 
 namespace hgg {
 namespace {
 
 using Json = nlohmann::json;
-
-const Json& section(const char* name) {
-  static const Json kVectors = Json::parse(std::ifstream(HGG_TEST_DATA "/vectors.json"));
-  return kVectors.at(name);
-}
-
-Vec3 vec3(const Json& j) { return {j[0].get<double>(), j[1].get<double>(), j[2].get<double>()}; }
-
-Mat3 mat3(const Json& j) {
-  Mat3 m;
-  m << j[0][0], j[0][1], j[0][2], j[1][0], j[1][1], j[1][2], j[2][0], j[2][1], j[2][2];
-  return m;
-}
 
 ObjectObservation seenAs(const Vec3& mean_body, const Mat3& cov_body) {
   ObjectObservation seen;
