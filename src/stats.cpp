@@ -35,8 +35,13 @@ nlohmann::ordered_json toJson(const LoopRecord& loop) {
   for (Eigen::Index k = 0; k < 12; ++k) {
     rows.push_back(loop.T_before_now.matrix()(k / 4, k % 4));
   }
-  return {{"before_us", loop.before_us},  {"now_us", loop.now_us}, {"accepted", loop.accepted},
-          {"score", rounded(loop.score)}, {"T_before_now", rows},  {"reason", loop.reason}};
+  return {{"before_us", loop.before_us},
+          {"now_us", loop.now_us},
+          {"accepted", loop.accepted},
+          {"score", rounded(loop.score)},
+          {"deviations", rounded(loop.deviations)},
+          {"T_before_now", rows},
+          {"reason", loop.reason}};
 }
 
 }  // namespace

@@ -14,8 +14,12 @@ constexpr KeyframeId kAnswerAfter = 2;  // keyframes
 constexpr std::size_t kMostRecords = 1000;
 /// Stored keyframes that are nearer to each other, in radii of what is described, share a description.
 constexpr double kSamePlaceShare = 0.2;
+/// 99 % of true ones lie nearer to where the keyframes were (chi, six degrees of freedom).
+constexpr double kMostDeviations = 4.1;
 /// A loop that the pose graph trusts less is none.
 constexpr double kTrusted = 0.5;
+/// What a loop moves by less stays, and is not sent to anyone.
+constexpr double kStill = 1e-4, kStillTurn = 1e-6;  // m, rad
 
 std::vector<PoseGraphEdge> edgesOf(const KeyframeGraph& graph) {
   std::vector<PoseGraphEdge> edges;
@@ -38,13 +42,21 @@ std::vector<Pose> posesOf(const KeyframeGraph& graph) {
   return poses;
 }
 
+bool isElsewhere(const Pose& a, const Pose& b) {
+  const Pose off = a.inverse() * b;
+  return off.translation().norm() > kStill || Eigen::AngleAxisd(off.linear()).angle() > kStillTurn;
+}
+
 /// What brings the map as it is now to the poses that were found for its older keyframes.
 MapCorrection correctionOf(const std::vector<Pose>& found, const Map& map, const KeyframeEdge& loop) {
   const std::vector<TimedPose>& now = map.keyframes().poses();
   MapCorrection correction{{}, {loop}};
   const Pose move = orthonormalized(found.back() * now[found.size() - 1].T_map_body.inverse());
   for (std::size_t k = 0; k < now.size(); ++k) {
-    correction.moved.emplace_back(static_cast<KeyframeId>(k), k < found.size() ? found[k] : move * now[k].T_map_body);
+    const Pose T_map_body = k < found.size() ? found[k] : move * now[k].T_map_body;
+    if (isElsewhere(T_map_body, now[k].T_map_body)) {
+      correction.moved.emplace_back(static_cast<KeyframeId>(k), T_map_body);
+    }
   }
   return correction;
 }
@@ -59,8 +71,13 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
                     question.keyframe_now.utime_us,
                     answer.alignment.accepted,
                     answer.alignment.score,
+                    answer.deviations,
                     answer.loop.T_a_b,
                     answer.alignment.reason};
+  if (closure.record.accepted && answer.deviations > kMostDeviations) {
+    closure.record.accepted = false;
+    closure.record.reason = "farther off than drift allows: " + closure.record.reason;
+  }
   if (!closure.record.accepted) {
     return closure;
   }

@@ -23,7 +23,8 @@ enum class LoopTiming {
 struct LoopRecord {
   Micros before_us = 0, now_us = 0;  // of the two keyframes
   bool accepted = false;
-  double score = 0;  // nats, of the alignment
+  double score = 0;       // nats, of the alignment
+  double deviations = 0;  // LoopAnswer
   Pose T_before_now = Pose::Identity();
   std::string reason;
 };

@@ -100,6 +100,15 @@ LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& 
   return best;
 }
 
+/// How far the keyframes lie from where a loop has them, as a norm that has six degrees of freedom.
+double deviationsOf(const LoopQuestion& q, const KeyframeEdge& loop) {
+  const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * q.keyframe_now.T_map_body;
+  const Pose off = loop.T_a_b.inverse() * T_before_now;
+  const double turn = Eigen::AngleAxisd(off.linear()).angle();
+  return std::hypot(off.translation().norm() / std::hypot(q.drift.position, loop.sigma),
+                    turn / std::hypot(q.drift.turn, loop.sigma_turn));
+}
+
 }  // namespace
 
 PlaceDescriptor describePlace(const Map& map, const Vec3& centre, double radius) {
@@ -148,6 +157,7 @@ std::optional<LoopQuestion> findLoopCandidate(const Map& map, const std::vector<
   const Vec3 there = question.keyframe_before.T_map_body.translation();
   question.before = partOf(map, there, partRadius(config), false);
   question.now = partOf(map, here, partRadius(config), true);
+  question.drift = best.drift;
   question.prior.centre_b = here;
   question.prior.distance = kDriftBound * best.drift.position + 0.5 * config.alignment.gate;
   question.prior.turn = kDriftBound * best.drift.turn + kTurnSlack;
@@ -159,6 +169,7 @@ LoopAnswer verifyLoop(const LoopQuestion& q, std::span<const SimilarClasses> sim
   answer.alignment = alignMaps(q.before, q.now, similar, q.prior);
   const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * answer.alignment.T_a_b * q.keyframe_now.T_map_body;
   answer.loop = {q.before_id, q.now_id, T_before_now, kLoopSigmaShare * config.map.leaf_size, kLoopTurn, true};
+  answer.deviations = deviationsOf(q, answer.loop);
   return answer;
 }
 

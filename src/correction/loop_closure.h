@@ -29,12 +29,14 @@ struct LoopQuestion {
   TimedPose keyframe_before, keyframe_now;
   KeyframeId before_id = 0, now_id = 0;
   PlacePrior prior;
+  Drift drift;  // from one keyframe to the other
 };
 
 /// What comparing them came to.
 struct LoopAnswer {
   KeyframeEdge loop;  // when accepted
   ZeroShot alignment;
+  double deviations = 0;  // between what is found and where the keyframes lay, of what drift allows; chi, 6 dimensions
 };
 
 /// The keyframe out of reach that most likely shows where the last one is: the one that looks most like it among those

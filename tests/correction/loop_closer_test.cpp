@@ -207,7 +207,8 @@ TEST(LoopCloser, KeyframesYoungerThanTheQuestionGoAlongWithTheNewestOfIt) {
   ASSERT_EQ(correction.loops.size(), 1U);
   const KeyframeId asked = correction.loops[0].b;
   EXPECT_EQ(at, asked + 2);
-  ASSERT_EQ(correction.moved.size(), static_cast<std::size_t>(at) + 1);
+  ASSERT_EQ(correction.moved.size(), static_cast<std::size_t>(at)) << "all but the first, which holds the map";
+  EXPECT_EQ(correction.moved.front().first, 1);
   const Pose move = drive.poseOf(asked) * before[static_cast<std::size_t>(asked)].inverse();
   EXPECT_GT(move.translation().norm(), 0.5);
   const KeyframeId younger = asked + 1;  // the one after it is younger than `before`
@@ -225,12 +226,14 @@ struct Doubt {
   LoopCloser closer{config, {}, LoopTiming::kFixed};
   World world = randomWorld(1);
 
+  int measured = 1;  // how often each tie was
+
   void keyframe(const Pose& T, double sigma, const Pose* T_map_world) {
     MapUpdate update;
     update.pose = {1000 * (map.keyframes().last() + 1), T};
     if (map.keyframes().last() >= 0) {
       const Pose T_a_b = map.keyframes().poses().back().T_map_body.inverse() * T;
-      update.ties = {{map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false}};
+      update.ties.assign(static_cast<std::size_t>(measured), {map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false});
     }
     if (T_map_world != nullptr) {
       update.created =
@@ -268,12 +271,25 @@ TEST(LoopCloser, ALoopThatDriftExplainsIsApplied) {
   EXPECT_TRUE(doubt.map.isActive(KeyframeId{0}));
 }
 
-TEST(LoopCloser, ALoopThatTheOtherKeyframesSpeakAgainstIsNot) {
+TEST(LoopCloser, ALoopFartherOffThanDriftAllowsIsNot) {
   Doubt doubt;  // the room is where it may be, but turned as the way cannot have turned
   EXPECT_FALSE(doubt.askAfter(frame(2.8, Vec3(0.5, 0, 0)), 0.6));
   ASSERT_EQ(doubt.closer.records().size(), 1U);
   const LoopRecord& record = doubt.closer.records()[0];
   EXPECT_FALSE(record.accepted);
+  EXPECT_GT(record.deviations, 4.1);
+  EXPECT_NE(record.reason.find("farther off than drift allows"), std::string::npos) << record.reason;
+  EXPECT_GT(record.score, 0);
+}
+
+TEST(LoopCloser, ALoopThatTheOtherKeyframesSpeakAgainstIsNot) {
+  Doubt doubt;
+  doubt.measured = 30;  // any one way allows for it, all together do not
+  EXPECT_FALSE(doubt.askAfter(frame(0, Vec3(1.8, 0, 0)), 0.6));
+  ASSERT_EQ(doubt.closer.records().size(), 1U);
+  const LoopRecord& record = doubt.closer.records()[0];
+  EXPECT_FALSE(record.accepted);
+  EXPECT_LT(record.deviations, 4.1);
   EXPECT_NE(record.reason.find("the other keyframes speak against it"), std::string::npos) << record.reason;
   EXPECT_GT(record.score, 0);
   EXPECT_EQ(doubt.closer.rejected(), 1);
