@@ -1,4 +1,4 @@
-// What one window and one pose graph cost to solve.
+// What one window and one pose graph cost to solve, and what a closed loop costs the frame it is applied in.
 #include <benchmark/benchmark.h>
 
 #include <cmath>
@@ -7,6 +7,7 @@
 
 #include "correction/pose_graph.h"
 #include "correction/window.h"
+#include "map/map.h"
 
 namespace hgg {
 namespace {
@@ -134,6 +135,39 @@ void PoseGraph(benchmark::State& state) {
   state.counters["error_after_m"] = error(solution.poses);
   state.counters["believed"] = std::accumulate(solution.loop_weights.begin(), solution.loop_weights.end(), 0.0);
 }
+/// What a closed loop does to a frame: all nodes of a large map move with their keyframes, ten to each.
+void ApplyCorrection(benchmark::State& state) {
+  Random random(3);
+  const auto keyframes = static_cast<int>(state.range(0));
+  KeyframeGraph graph;
+  std::vector<MapNode> nodes;
+  MapCorrection correction;
+  for (int k = 0; k < keyframes; ++k) {
+    Pose T = Pose::Identity();
+    T.translation() = Vec3(2 * (k % 250), 8 * (k / 250), 0);
+    graph.add({k, T});
+    correction.moved.emplace_back(k, moved(T, noise(random, 0.3, 0.01)));
+    for (int i = 0; i < 10; ++i) {
+      MapNode node;
+      node.id = static_cast<NodeId>(nodes.size()) + 1;
+      node.anchor = k;
+      node.belief = {T * Vec3(normal(random, 5), normal(random, 5), 1), 0.1 * Mat3::Identity(), 100};
+      node.leaves.resize(5);
+      nodes.push_back(node);
+    }
+  }
+  Map map = Map::restore(std::move(nodes), std::move(graph), {}, 1);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(map.apply(correction));
+    state.PauseTiming();
+    for (auto& [id, T] : correction.moved) {
+      T = moved(T, noise(random, 0.02, 0.001));
+    }
+    state.ResumeTiming();
+  }
+}
+BENCHMARK(ApplyCorrection)->Arg(1000)->Arg(10000)->Unit(benchmark::kMillisecond);
+
 BENCHMARK(PoseGraph)->Args({1000, 0})->Args({10000, 0})->Args({10000, 1})->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -21,22 +21,23 @@ Mat6 informationOf(double sigma, double sigma_turn) {
   return information;
 }
 
-/// Ties between keyframes of the window, as measured when they were made.
-void addMotions(const Map& map, const std::map<KeyframeId, int>& index_of, WindowProblem& problem) {
-  for (const auto& [keyframe, index] : index_of) {
-    for (const KeyframeEdge& e : map.keyframes().edgesOf(keyframe)) {
-      const auto other = index_of.find(e.a);
-      if (e.b == keyframe && other != index_of.end()) {
-        problem.motions.push_back({other->second, index, e.T_a_b, informationOf(e.sigma, e.sigma_turn)});
-      }
+/// The ties that lie within the window.
+void addMotions(const std::vector<KeyframeEdge>& ties, const std::map<KeyframeId, int>& index_of,
+                WindowProblem& problem) {
+  for (const KeyframeEdge& e : ties) {
+    const auto a = index_of.find(e.a), b = index_of.find(e.b);
+    if (a != index_of.end() && b != index_of.end()) {
+      problem.motions.push_back({a->second, b->second, e.T_a_b, informationOf(e.sigma, e.sigma_turn)});
     }
   }
 }
 
 }  // namespace
 
-void PoseWindow::add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
-  View view{keyframe, alignment.leaf_pairs > 0, {}};
+void PoseWindow::add(const KeyframeGraph& keyframes, KeyframeId keyframe, const LocalGraph& local,
+                     const Alignment& alignment) {
+  View view{keyframe, alignment.leaf_pairs > 0, {}, keyframes.edgesOf(keyframe)};
+  std::erase_if(view.ties, [&](const KeyframeEdge& e) { return e.b != keyframe; });
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
     if (!object.stuff) {
@@ -81,7 +82,9 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
       problem.motions.push_back({0, static_cast<int>(k), problem.poses.front().inverse() * problem.poses[k], held});
     }
   }
-  addMotions(map, index_of, problem);
+  for (const View& view : views_) {
+    addMotions(view.ties, index_of, problem);
+  }
   WindowConfig window;
   window.sigma_floor = config.creation.sigma_floor;
   window.noise.uniform_weights = config.ablation.uniform_weights;
@@ -90,6 +93,7 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
     return std::nullopt;
   }
   MapCorrection correction;
+  correction.is_measured = true;
   for (const auto& [keyframe, index] : index_of) {
     correction.moved.emplace_back(keyframe, solution.poses[static_cast<std::size_t>(index)]);
   }

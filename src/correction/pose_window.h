@@ -18,7 +18,7 @@ namespace hgg {
 class PoseWindow {
  public:
   /// Takes what a new keyframe saw and how it was aligned.
-  void add(KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
+  void add(const KeyframeGraph& keyframes, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
 
   /// The keyframes where the window has them; nullopt when it is too short or not usable, and where the map holds the
   /// newest pose: leaves say more than objects do.
@@ -29,6 +29,7 @@ class PoseWindow {
     KeyframeId keyframe = -1;
     bool is_held = false;  // by leaves of the map, if only in some directions: the rest odometry knows better
     std::vector<std::pair<NodeId, Belief>> seen_body;
+    std::vector<KeyframeEdge> ties;  // to older keyframes, as measured: those of the map follow the window
   };
 
   std::deque<View> views_;

@@ -4,6 +4,8 @@
 #include <queue>
 #include <tuple>
 
+#include "core/so3.h"
+
 namespace hgg {
 namespace {
 
@@ -44,6 +46,18 @@ std::vector<KeyframeEdge> KeyframeGraph::edgesOf(KeyframeId id) const {
     edges.push_back(edges_[index]);
   }
   return edges;
+}
+
+void KeyframeGraph::remeasure(const std::map<KeyframeId, Pose>& moves) {
+  const auto pose = [&](KeyframeId id) { return poses_[static_cast<std::size_t>(id)].T_map_body; };
+  for (const auto& [id, move] : moves) {
+    for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
+      KeyframeEdge& e = edges_[index];
+      if (e.b == id && !e.is_loop && moves.contains(e.a)) {
+        e.T_a_b = orthonormalized(pose(e.a).inverse() * pose(e.b));
+      }
+    }
+  }
 }
 
 std::vector<Drift> KeyframeGraph::driftFrom(KeyframeId from, double reach) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "map/node.h"
@@ -45,6 +46,8 @@ class KeyframeGraph {
   bool needsOne(const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);
   void connect(const KeyframeEdge& edge);
+  /// Makes ties among the keyframes that were moved say how they lie now. Closed loops stay as they were found.
+  void remeasure(const std::map<KeyframeId, Pose>& moves);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
 
   /// Drift from `from` to every keyframe, along the edges that let least of it come together: deviations of the edges,

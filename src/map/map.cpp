@@ -10,6 +10,7 @@ namespace hgg {
 namespace {
 
 constexpr double kCellSize = 10.0;  // m, of the index over node means
+constexpr int kNeighbours = 8;
 
 /// Columns: places spread over the ground, and a robot looks farther than a house is high.
 Tile cellOf(const Vec3& mean) {
@@ -68,24 +69,46 @@ MapDelta Map::apply(MapUpdate update) {
 MapDelta Map::apply(const MapCorrection& correction) {
   MapDelta delta;
   delta.revision = revision_;
+  std::map<KeyframeId, Pose> moves;
   for (const auto& [id, T_map_body] : correction.moved) {
     const Pose& T_before = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
-    if (T_map_body.matrix() == T_before.matrix()) {
-      continue;  // T T^-1 is the identity only up to rounding
+    if (T_map_body.matrix() != T_before.matrix()) {  // T T^-1 is the identity only up to rounding
+      moves.emplace(id, orthonormalized(T_map_body * T_before.inverse()));
+      keyframes_.move(id, T_map_body);
     }
-    const Pose move = orthonormalized(T_map_body * T_before.inverse());
-    keyframes_.move(id, T_map_body);
-    for (const NodeId moved : anchored_[static_cast<std::size_t>(id)]) {
-      moveNode(nodes_.at(moved), move);
-      delta.moved.push_back(moved);
-    }
+  }
+  delta.moved = moveNodes(moves);
+  if (correction.is_measured) {
+    keyframes_.remeasure(moves);
   }
   for (const KeyframeEdge& loop : correction.loops) {
     keyframes_.connect(loop);
   }
   findActive(delta);
-  std::sort(delta.moved.begin(), delta.moved.end());
   return delta;
+}
+
+std::vector<NodeId> Map::moveNodes(const std::map<KeyframeId, Pose>& moves) {
+  std::vector<std::pair<NodeId, const Pose*>> moved;
+  for (const auto& [id, move] : moves) {
+    for (const NodeId node : anchored_[static_cast<std::size_t>(id)]) {
+      moved.emplace_back(node, &move);
+    }
+  }
+  std::sort(moved.begin(), moved.end());
+  std::vector<NodeId> ids;
+  ids.reserve(moved.size());
+  auto node = nodes_.begin();
+  for (const auto& [id, move] : moved) {
+    // The next one is nearly always a neighbour, which is nearer to hand than the root of a large tree.
+    for (int step = 0; step < kNeighbours && node->first < id; ++step) {
+      ++node;
+    }
+    node = node->first == id ? node : nodes_.find(id);
+    moveNode(node->second, *move);
+    ids.push_back(id);
+  }
+  return ids;
 }
 
 void Map::moveNode(MapNode& node, const Pose& move) {

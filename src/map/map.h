@@ -34,6 +34,7 @@ struct MapUpdate {
 struct MapCorrection {
   std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
   std::vector<KeyframeEdge> loops;
+  bool is_measured = false;  // ties among the moved follow: more was looked at than when they were made
 };
 
 /// Ids a revision touched, for subscribers.
@@ -112,6 +113,8 @@ class Map {
   void erase(NodeId id);
   void index(const MapNode& node);
   void unindex(const MapNode& node);
+  /// Moves what is anchored to the keyframes of `moves`; their ids, ascending.
+  std::vector<NodeId> moveNodes(const std::map<KeyframeId, Pose>& moves);
   void moveNode(MapNode& node, const Pose& move);
   void findActive(MapDelta& delta);
 
