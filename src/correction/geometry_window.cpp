@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t kViews = 5;  // keyframes
 constexpr int kIterations = 2;
 constexpr double kGate = 3;          // standard deviations
-constexpr double kFewestPoints = 1;  // a leaf with less evidence is none
+constexpr double kFewestPoints = 1;  // a leaf that EM leaves with less evidence is none
 
 /// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the
 /// points lay on it, the rest taken to be like the whole.
@@ -38,28 +38,39 @@ struct Sample {
   double measured = 0;       // points that they stand for
 };
 
-/// EM lays evidence on other leaves and makes none: all of it was counted when the frames were fused.
+/// EM lays evidence on other leaves and makes none: all of it was counted when the frames were fused. What no point of
+/// the window has touched stays as it is, the others share the evidence that they had.
 std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const Sample& sample, EmOptions options) {
   std::vector<Belief> start;
   start.reserve(leaves.size());
   for (const Leaf& leaf : leaves) {
     start.push_back(unpackLeaf(leaf));
   }
-  const double evidence = evidenceOf(start);
   // Not every frame between two keyframes saw the node: its points stand for no more than it was given.
-  options.point_weight = std::min(sample.measured, evidence) / static_cast<double>(sample.points.size());
+  options.point_weight = std::min(sample.measured, evidenceOf(start)) / static_cast<double>(sample.points.size());
   std::vector<Belief> found =
       refineLeaves(withoutWindow(start, sample.points, options), start, sample.points, options).leaves;
-  std::erase_if(found, [](const Belief& leaf) { return leaf.kappa < kFewestPoints; });
-  if (found.empty()) {
+  const auto isTouched = [&](std::size_t k) {
+    return found[k].kappa != start[k].kappa || found[k].mean != start[k].mean;
+  };
+  const auto isLeft = [&](std::size_t k) { return found[k].kappa >= kFewestPoints; };
+  double had = 0, has = 0;
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    had += isTouched(k) ? start[k].kappa : 0;
+    has += isTouched(k) && isLeft(k) ? found[k].kappa : 0;
+  }
+  if (has <= 0) {
     return leaves;
   }
-  const double scale = evidence / evidenceOf(found);
   std::vector<Leaf> out;
   out.reserve(found.size());
-  for (Belief& leaf : found) {
-    leaf.kappa *= scale;
-    out.push_back(packLeaf(leaf));
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    if (!isTouched(k)) {
+      out.push_back(leaves[k]);
+    } else if (isLeft(k)) {
+      found[k].kappa *= had / has;
+      out.push_back(packLeaf(found[k]));
+    }
   }
   return out;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
 #include <set>
 
 #include "map/test_map.h"
@@ -207,6 +208,31 @@ TEST(GeometryWindow, KeepsTheEvidenceOfANode) {
       }
     }
   }
+}
+
+TEST(GeometryWindow, SurfaceOutOfViewStaysBitForBit) {
+  Scene scene(1, 5);  // little evidence beside the many points: none of it would be left
+  MapNode node = *scene.map.find(1);
+  const std::size_t seen = node.leaves.size();
+  for (int n = 0; n < 10; ++n) {
+    node.leaves.push_back(packLeaf({Vec3(30 + n, 30, 0), 0.01 * Mat3::Identity(), n == 0 ? 1.0 : 1000.0}));
+  }
+  const auto isUnseen = [](const Leaf& leaf) { return leaf.mean[0] > 20; };
+  std::vector<Leaf> before(node.leaves.begin() + static_cast<std::ptrdiff_t>(seen), node.leaves.end());
+  scene.map = Map::restore({node}, keyframes(40), {}, 1);
+  int turns = 0;
+  for (int k = 0; k < 40; ++k) {
+    scene.add(k, 400, 1);
+    MapUpdate update;
+    update.pose = scene.map.keyframes().poses().back();
+    update.changed = scene.window.refine(scene.map, {});
+    turns += update.changed.empty() ? 0 : 1;
+    scene.map.apply(std::move(update));
+  }
+  EXPECT_GE(turns, 5);
+  std::vector<Leaf> after;
+  std::ranges::copy_if(scene.map.find(1)->leaves, std::back_inserter(after), isUnseen);
+  EXPECT_TRUE(sameLeaves(before, after));
 }
 
 TEST(GeometryWindow, BlurredWallsBecomeSharper) {
