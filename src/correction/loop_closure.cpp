@@ -11,7 +11,7 @@ namespace hgg {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::size_t kPairBuckets = 16, kDistanceBins = 8;
+constexpr std::size_t kDistanceBins = 8;
 constexpr std::size_t kMostThings = 60;  // of a place; the nearest
 
 /// How far a place reaches, as a share of the radius within which a frame meets the map.
@@ -43,8 +43,8 @@ std::vector<const MapNode*> thingsAround(const Map& map, const Vec3& centre, dou
 }
 
 std::size_t pairBucket(ClassId a, ClassId b) {
-  const auto low = std::min(a, b), high = std::max(a, b);
-  return (low * 31U + high * 17U) % kPairBuckets;
+  const std::uint32_t low = std::min(a, b), high = std::max(a, b);
+  return ((low * 0x9E3779B1U) ^ (high * 0x85EBCA77U)) >> 28U;  // the upper bits know all of both
 }
 
 double partRadius(const Config& config) { return kPartShare * config.map.active_radius; }

@@ -62,6 +62,20 @@ TEST(PlaceDescriptor, LooksMoreLikeItsOwnPlaceThanLikeAnother) {
   EXPECT_GE(right, 19);
 }
 
+TEST(PlaceDescriptor, TellsClassesApart) {
+  std::mt19937 random(5);
+  std::vector<MapNode> chairs, exchanged, tables, mixed;
+  for (int n = 0; n < 30; ++n) {
+    const Vec3 at = randomVector(random, 6);
+    chairs.push_back(nodeAt(kChair, at));
+    tables.push_back(nodeAt(kTable, at));
+    mixed.push_back(nodeAt(n % 3 == 0 ? kChair : kTable, at));
+    exchanged.push_back(nodeAt(n % 3 == 0 ? kTable : kChair, at));
+  }
+  EXPECT_LT(similarityOf(describe(mapOf(chairs)), describe(mapOf(tables))), 0.1);
+  EXPECT_LT(similarityOf(describe(mapOf(mixed)), describe(mapOf(exchanged))), 0.8);
+}
+
 TEST(PlaceDescriptor, KnowsOnlyThingsThatAreBelievedInAndActive) {
   std::vector<MapNode> nodes = nodesOfWorld(randomWorld(1), Pose::Identity(), 1);
   const PlaceDescriptor expected = describe(mapOf(nodes));
