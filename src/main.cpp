@@ -104,6 +104,7 @@ int replay(const Options& o) {
   if (!report) {
     return fail(report.error);
   }
+  mapper.finish();
   if (const std::string error = out->finish(mapper, countersOf(report->counts)); !error.empty()) {
     return fail(error);
   }
@@ -155,6 +156,7 @@ int run(const Options& o) {
   if (!counts) {
     return fail(counts.error);
   }
+  mapper.finish();
   if (const std::string error = out->finish(mapper, countersOf(*counts)); !error.empty()) {
     return fail(error);
   }

@@ -112,6 +112,9 @@ StepReport Mapper::step(const Frame& frame) {
   StageClock clock(report.stage_ms);
   const auto predicted = predict(frame.T_odom_body);
   const PoseBelief prior = predicted.value_or(startPose(T_map_odom_ * frame.T_odom_body, map_.nodes().empty()));
+  if (!last_) {
+    map_.startAt(map_.keyframes().newestAt(prior.T_map_body.translation()));
+  }
 
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, classes_, config_);
   clock.lap("creation");
@@ -139,6 +142,12 @@ StepReport Mapper::step(const Frame& frame) {
   return report;
 }
 
+void Mapper::finish() {
+  if (const auto correction = loops_.finish(map_)) {
+    carryOut(*correction);
+  }
+}
+
 MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const Pose T_last_body = last_ ? Pose(last_->pose.T_map_body.inverse() * T_map_body) : Pose::Identity();
@@ -151,7 +160,7 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
     travel_ = {};
   }
   last_ = {alignment.pose, frame.T_odom_body};
-  return mergeWoken(map_.apply(std::move(update)));
+  return mergeOverlaid(map_.apply(std::move(update)));
 }
 
 MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
@@ -179,17 +188,19 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   return delta;
 }
 
-MapDelta Mapper::mergeWoken(MapDelta delta) {
-  if (delta.woken.empty()) {
+MapDelta Mapper::mergeOverlaid(MapDelta delta) {
+  std::vector<NodeId> overlaid;
+  std::ranges::set_union(delta.woken, delta.crowded, std::back_inserter(overlaid));
+  if (overlaid.empty()) {
     return delta;
   }
-  MapUpdate merged = mergeDuplicates(map_, delta.woken, classes_, config_);
+  MapUpdate merged = mergeDuplicates(map_, overlaid, classes_, config_);
   return joined(std::move(delta), map_.apply(std::move(merged)));
 }
 
 MapDelta Mapper::carryOut(const MapCorrection& correction) {
   const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
-  MapDelta delta = mergeWoken(map_.apply(correction));
+  MapDelta delta = mergeOverlaid(map_.apply(correction));
   const Pose move = orthonormalized(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
   PoseBelief& pose = last_->pose;
   pose.T_map_body = orthonormalized(move * pose.T_map_body);

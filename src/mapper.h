@@ -42,6 +42,8 @@ class Mapper {
   Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed);
 
   StepReport step(const Frame& frame);
+  /// At the end of a drive, before the map is stored: takes what correction is still at work on.
+  void finish();
 
   const Map& map() const { return map_; }
   const Config& config() const { return config_; }
@@ -65,7 +67,8 @@ class Mapper {
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
   /// Correction at a new keyframe.
   MapDelta correct(const LocalGraph& local, const Alignment& alignment);
-  MapDelta mergeWoken(MapDelta delta);
+  /// Merges what may have come to lie on something else.
+  MapDelta mergeOverlaid(MapDelta delta);
   /// Applies a correction; the present pose goes with the last keyframe.
   MapDelta carryOut(const MapCorrection& correction);
 

@@ -64,7 +64,10 @@ struct Rounds {
     return config;
   }
 
-  explicit Rounds(const Config& config = Rounds::config()) : mapper(config, testClasses()) {}
+  int first = 0;  // frame
+
+  explicit Rounds(const Config& config = Rounds::config(), Map map = {})
+      : mapper(config, testClasses(), std::move(map)) {}
 
   Frame frameAt(int k) {
     Frame frame;
@@ -86,7 +89,7 @@ struct Rounds {
   }
 
   const StepReport& step() {
-    const int k = static_cast<int>(reports.size());
+    const int k = first + static_cast<int>(reports.size());
     if (k > 0) {
       T_odom_body = T_odom_body * truthAt(k - 1).inverse() * truthAt(k) * turned(0.05 * M_PI / 180, Vec3(0.004, 0, 0));
     }
@@ -260,6 +263,61 @@ TEST(MapperResume, AStoredMapIsUsableAtOnceWhereverTheRobotStartsInIt) {
     }
     EXPECT_EQ(second.map().nodes().size(), nodes) << "from " << start;
   }
+}
+
+double worstKeyframe(const KeyframeGraph& keyframes) {
+  double worst = 0;
+  for (const TimedPose& k : keyframes.poses()) {
+    const Pose T_true = truthAt(static_cast<int>(k.utime_us / 100'000) - 1);
+    worst = std::max(worst, (k.T_map_body.translation() - T_true.translation()).norm());
+  }
+  return worst;
+}
+
+/// Rounds that end as soon as a question is open that a loop will be the answer to.
+Rounds endedWithAQuestionOpen() {
+  Rounds whole;
+  while (whole.mapper.loops().accepted() == 0 && whole.reports.size() < kRound + 30) {
+    whole.step();
+  }
+  const auto asked = std::ranges::find_if(
+      whole.reports, [&](const StepReport& r) { return r.utime_us == whole.mapper.loops().records().back().now_us; });
+  Rounds rounds;
+  while (rounds.reports.size() < static_cast<std::size_t>(asked - whole.reports.begin()) + 2) {
+    rounds.step();
+  }
+  return rounds;
+}
+
+TEST(MapperLoop, WhatIsStillLookedAtAtTheEndOfADriveIsNotLost) {
+  Rounds rounds = endedWithAQuestionOpen();
+  EXPECT_EQ(rounds.mapper.loops().accepted(), 0);
+  const double before = worstKeyframe(rounds.mapper.map().keyframes());
+  rounds.mapper.finish();
+  EXPECT_EQ(rounds.mapper.loops().accepted(), 1);
+  EXPECT_GT(before, 0.6);
+  EXPECT_LT(worstKeyframe(rounds.mapper.map().keyframes()), 0.5 * before);
+  const std::string bytes = encodeMap(rounds.mapper.map(), {});
+  rounds.mapper.finish();
+  EXPECT_EQ(encodeMap(rounds.mapper.map(), {}), bytes) << "twice is once";
+}
+
+TEST(MapperResume, AMapWithALoopOpenIsNotTiedToBothOfItsEnds) {
+  const Rounds before = endedWithAQuestionOpen();
+  auto stored = decodeMap(encodeMap(before.mapper.map(), {}));
+  ASSERT_TRUE(stored) << stored.error;
+  Config config = Rounds::config();
+  config.ablation.odometry_pose = false;
+  Rounds resumed(config, std::move(stored->map));
+  resumed.first = static_cast<int>(before.reports.size());
+  resumed.T_odom_body = before.T_odom_body;
+  const double worst = worstKeyframe(resumed.mapper.map().keyframes());
+  EXPECT_GT(worst, 0.6);
+  for (int k = 0; k < 60; ++k) {
+    resumed.step();
+  }
+  EXPECT_GE(resumed.mapper.loops().accepted(), 1);
+  EXPECT_LT(worstKeyframe(resumed.mapper.map().keyframes()), 0.5 * worst);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 #include "correction/loop_closer.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <utility>
 
@@ -47,18 +49,31 @@ bool isElsewhere(const Pose& a, const Pose& b) {
   return off.translation().norm() > kStill || Eigen::AngleAxisd(off.linear()).angle() > kStillTurn;
 }
 
-/// What brings the map as it is now to the poses that were found for its older keyframes.
-MapCorrection correctionOf(const std::vector<Pose>& found, const Map& map, const KeyframeEdge& loop) {
-  const std::vector<TimedPose>& now = map.keyframes().poses();
+/// Brings the keyframes there are now to where a loop moves them. They may have been moved otherwise since it was
+/// asked.
+MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const KeyframeEdge& loop) {
   MapCorrection correction{{}, {loop}};
-  const Pose move = orthonormalized(found.back() * now[found.size() - 1].T_map_body.inverse());
+  const std::vector<TimedPose>& now = map.keyframes().poses();
   for (std::size_t k = 0; k < now.size(); ++k) {
-    const Pose T_map_body = k < found.size() ? found[k] : move * now[k].T_map_body;
+    const Pose T_map_body = orthonormalized(moves[std::min(k, moves.size() - 1)] * now[k].T_map_body);
     if (isElsewhere(T_map_body, now[k].T_map_body)) {
       correction.moved.emplace_back(static_cast<KeyframeId>(k), T_map_body);
     }
   }
   return correction;
+}
+
+/// Whether the pose graph has found poses at all, and believes the newest loop in them.
+bool isBelieved(const PoseGraphSolution& solved) {
+  return std::isfinite(solved.cost_after) && (solved.converged || solved.cost_after < solved.cost_before) &&
+         !solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted;
+}
+
+LoopRecord notLookedAt(Micros before_us, Micros now_us, const std::exception& error) {
+  LoopRecord record;
+  record.before_us = before_us, record.now_us = now_us;
+  record.reason = std::string("could not be looked at: ") + error.what();
+  return record;
 }
 
 }  // namespace
@@ -82,9 +97,12 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
     return closure;
   }
   graph.connect(answer.loop);
-  PoseGraphSolution solved = solvePoseGraph(posesOf(graph), edgesOf(graph));
-  if (!solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted) {
-    closure.poses = std::move(solved.poses);
+  const std::vector<Pose> poses = posesOf(graph);
+  const PoseGraphSolution solved = solvePoseGraph(poses, edgesOf(graph));
+  if (isBelieved(solved)) {
+    for (std::size_t k = 0; k < poses.size(); ++k) {
+      closure.moves.push_back(orthonormalized(solved.poses[k] * poses[k].inverse()));
+    }
   } else {
     closure.record.accepted = false;
     closure.record.reason = "the other keyframes speak against it: " + closure.record.reason;
@@ -97,11 +115,7 @@ LoopCloser::Closure LoopCloser::closeSafely(const LoopQuestion& question, Keyfra
   try {
     return close(question, std::move(graph), similar, config);
   } catch (const std::exception& error) {
-    Closure closure;
-    closure.record.before_us = question.keyframe_before.utime_us;
-    closure.record.now_us = question.keyframe_now.utime_us;
-    closure.record.reason = std::string("could not be looked at: ") + error.what();
-    return closure;
+    return {{}, notLookedAt(question.keyframe_before.utime_us, question.keyframe_now.utime_us, error), {}};
   }
 }
 
@@ -130,26 +144,42 @@ std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
   descriptors_.resize(map.keyframes().poses().size());
   descriptors_.back() = describePlace(map, here, descriptorRadius(config_));
-  if (isDue(map)) {
-    const Closure closure = pending_.get();
-    ++(closure.record.accepted ? accepted_ : rejected_);
-    records_.push_back(closure.record);
-    if (records_.size() > kMostRecords) {
-      records_.pop_front();
-    }
-    if (closure.record.accepted) {
-      return correctionOf(closure.poses, map, closure.loop);
-    }
+  const auto correction = isDue(map) ? finish(map) : std::nullopt;
+  if (!correction && !pending_.valid()) {
+    ask(map);
   }
+  return correction;
+}
+
+std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
   if (!pending_.valid()) {
+    return std::nullopt;
+  }
+  const Closure closure = pending_.get();
+  record(closure.record);
+  return closure.record.accepted ? std::optional(correctionOf(closure.moves, map, closure.loop)) : std::nullopt;
+}
+
+void LoopCloser::record(const LoopRecord& record) {
+  ++(record.accepted ? accepted_ : rejected_);
+  records_.push_back(record);
+  if (records_.size() > kMostRecords) {
+    records_.pop_front();
+  }
+}
+
+void LoopCloser::ask(const Map& map) {
+  try {
     if (auto question = findLoopCandidate(map, descriptors_, config_)) {
-      asked_at_ = map.keyframes().last();
       pending_ =
           std::async(std::launch::async, [question = std::move(*question), graph = map.keyframes(), similar = similar_,
                                           config = config_] { return closeSafely(question, graph, similar, config); });
+      asked_at_ = map.keyframes().last();
     }
+  } catch (const std::exception& error) {  // no memory, no thread
+    const Micros now_us = map.keyframes().poses().back().utime_us;
+    record(notLookedAt(now_us, now_us, error));
   }
-  return std::nullopt;
 }
 
 }  // namespace hgg

@@ -41,6 +41,8 @@ class LoopCloser {
   /// To be called once after each new keyframe of `map`. Returns what an answer that is due makes of the map as it is
   /// now: keyframes that are younger than the question go along with the newest of it.
   std::optional<MapCorrection> step(const Map& map);
+  /// At the end of a drive: what a question that is still open comes to. Waits for it.
+  std::optional<MapCorrection> finish(const Map& map);
 
   /// The newest, at most a thousand.
   const std::deque<LoopRecord>& records() const { return records_; }
@@ -51,7 +53,7 @@ class LoopCloser {
   struct Closure {
     KeyframeEdge loop;
     LoopRecord record;
-    std::vector<Pose> poses;  // of the keyframes there were when it was asked; empty unless accepted
+    std::vector<Pose> moves;  // T_map_map of the keyframes there were when it was asked; empty unless accepted
   };
 
   /// What goes wrong in it (memory, a solver) costs the loop, not the drive.
@@ -59,6 +61,8 @@ class LoopCloser {
                              const std::vector<SimilarClasses>& similar, const Config& config);
   static Closure close(const LoopQuestion& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
                        const Config& config);
+  void ask(const Map& map);
+  void record(const LoopRecord& record);
   bool isDue(const Map& map) const;
 
   Config config_;

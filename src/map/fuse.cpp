@@ -165,19 +165,18 @@ bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, con
 }
 
 /// The state of a node after this frame so far; nullptr when it has been absorbed.
-const MapNode* findCurrent(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id) {
+const MapNode* findCurrent(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId id) {
   const auto held = touched.find(id);
   if (held != touched.end()) {
     return &held->second;
   }
-  const bool gone = std::find(removed.begin(), removed.end(), id) != removed.end();
-  return gone ? nullptr : map.find(id);
+  return removed.contains(id) ? nullptr : map.find(id);
 }
 
 /// Another node, its mean within the gate, that is one object with the touched thing `id`; 0 when there is none.
-NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId>& removed, NodeId id,
+NodeId findTwin(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId id,
                 double cluster_radius, const Config& config) {
-  const MapNode& self = touched.at(id);
+  const MapNode& self = *findCurrent(map, touched, removed, id);
   std::vector<NodeId> others = map.near(self.belief.mean, config.alignment.gate);
   const auto isNear = [&](const MapNode& node) {
     return node.label == self.label && (node.belief.mean - self.belief.mean).norm() < config.alignment.gate;
@@ -199,7 +198,7 @@ NodeId findTwin(const Map& map, const Touched& touched, const std::vector<NodeId
 /// Carries the frame's evidence into the class beliefs: touches things whose likeliest class has become another and
 /// gives them its label, removes those that have faded. Returns the evidence of the others.
 std::vector<ClassEvidence> believe(const Map& map, const std::vector<ClassEvidence>& evidence,
-                                   const ClassTable& classes, Touched& touched, std::vector<NodeId>& removed) {
+                                   const ClassTable& classes, Touched& touched, std::set<NodeId>& removed) {
   std::vector<ClassEvidence> rest;
   for (const ClassEvidence& e : evidence) {
     const auto held = touched.find(e.id);
@@ -208,7 +207,7 @@ std::vector<ClassEvidence> believe(const Map& map, const std::vector<ClassEviden
     addViews(after, e.views);
     const ClassId label = likeliestThing(after, classes, before.label);
     if (held == touched.end() && existence(after, label, before.belief.kappa) < kFaded) {
-      removed.push_back(e.id);
+      removed.insert(e.id);
     } else if (held == touched.end() && label == before.label) {
       rest.push_back(e);
     } else {
@@ -225,24 +224,19 @@ NodeId survivor(NodeId a, NodeId b) {
   return (a > 0) != (b > 0) ? std::max(a, b) : a > 0 ? std::min(a, b) : std::max(a, b);
 }
 
-/// Merges every touched thing with the nodes it is one object with; ids absorbed out of the map go to `removed`.
-/// Returns those that have absorbed another.
-std::set<NodeId> mergeGhosts(const Map& map, Touched& touched, const ClassTable& classes, const Config& config,
-                             std::vector<NodeId>& removed) {
-  std::vector<NodeId> queue;
-  for (const auto& [id, node] : touched) {
-    if (!node.stuff) {
-      queue.push_back(id);
-    }
-  }
+/// Merges every thing of `queue` with the nodes it is one object with; ids absorbed out of the map go to `removed`.
+/// Returns those that have absorbed another: they are touched.
+std::set<NodeId> mergeGhosts(const Map& map, std::vector<NodeId> queue, Touched& touched, const ClassTable& classes,
+                             const Config& config, std::set<NodeId>& removed) {
   const Merging merging = mergingOf(config);
   std::set<NodeId> grown;
   for (std::size_t q = 0; q < queue.size(); ++q) {
     const NodeId id = queue[q];
-    if (!touched.contains(id)) {
+    const MapNode* node = findCurrent(map, touched, removed, id);
+    if (node == nullptr) {
       continue;  // absorbed meanwhile
     }
-    const ClassInfo* info = classes.find(touched.at(id).label);
+    const ClassInfo* info = classes.find(node->label);
     const NodeId twin = findTwin(map, touched, removed, id, info != nullptr ? info->cluster_radius : 0, config);
     if (twin == 0) {
       continue;
@@ -252,16 +246,29 @@ std::set<NodeId> mergeGhosts(const Map& map, Touched& touched, const ClassTable&
     if (drop < 0 && touched.contains(keep)) {
       absorbed.classes = {};  // a piece: the frame's view of the whole is counted already
     }
-    MapNode& node = touched.try_emplace(keep, *findCurrent(map, touched, removed, keep)).first->second;
-    absorb(node, absorbed, merging.leaf_size, merging.rule);
+    MapNode& whole = touched.try_emplace(keep, *findCurrent(map, touched, removed, keep)).first->second;
+    absorb(whole, absorbed, merging.leaf_size, merging.rule);
     touched.erase(drop);
     if (drop > 0) {
-      removed.push_back(drop);
+      removed.insert(drop);
     }
     queue.push_back(keep);  // it grew: look again
     grown.insert(keep);
   }
   return grown;
+}
+
+/// Merges the active nodes of a tile into the oldest of them.
+void mergeTile(const Map& map, const MapNode& node, const Merging& merging, Touched& touched, std::set<NodeId>& removed,
+               std::set<NodeId>& grown) {
+  const std::vector<NodeId> ids = map.activeOfTile(node.label, node.tile);
+  for (std::size_t k = 1; k < ids.size(); ++k) {
+    if (removed.insert(ids[k]).second) {
+      absorb(touched.try_emplace(ids[0], *map.find(ids[0])).first->second, *map.find(ids[k]), merging.leaf_size,
+             merging.rule);
+      grown.insert(ids[0]);
+    }
+  }
 }
 
 }  // namespace
@@ -280,7 +287,8 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
     leaves.push_back(unpackLeaf(leaf));
   }
   fuseLeaves(keep.leaves, leaves, keep.T_map_object.inverse() * other.T_map_object, leaf_size, rule);
-  keep.views = std::max(keep.views, other.views);
+  const bool is_later = other.first_us > keep.last_us || keep.first_us > other.last_us;
+  keep.views = is_later ? keep.views + other.views : std::max(keep.views, other.views);  // pieces share their views
   keep.first_us = std::min(keep.first_us, other.first_us);
   keep.last_us = std::max(keep.last_us, other.last_us);
 }
@@ -290,12 +298,19 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
   MapUpdate update;
   update.pose = {local.utime_us, T_map_body};
   Touched touched = touchNodes(map, local, T_map_body, pairs, config);
-  update.evidence = believe(map, evidence, classes, touched, update.removed);
-  mergeGhosts(map, touched, classes, config, update.removed);
+  std::set<NodeId> removed;
+  update.evidence = believe(map, evidence, classes, touched, removed);
+  std::vector<NodeId> things;
+  for (const auto& [id, node] : touched) {
+    if (!node.stuff) {
+      things.push_back(id);
+    }
+  }
+  mergeGhosts(map, std::move(things), touched, classes, config, removed);
   // What a merge has touched or taken away goes on without this one view.
-  std::erase_if(update.evidence, [&](const ClassEvidence& e) {
-    return touched.contains(e.id) || std::ranges::find(update.removed, e.id) != update.removed.end();
-  });
+  std::erase_if(update.evidence,
+                [&](const ClassEvidence& e) { return touched.contains(e.id) || removed.contains(e.id); });
+  update.removed.assign(removed.begin(), removed.end());
   for (auto& [id, node] : touched) {
     node.id = std::max<NodeId>(id, 0);
     (id > 0 ? update.changed : update.created).push_back(std::move(node));
@@ -305,42 +320,32 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
   return update;
 }
 
-MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& woken, const ClassTable& classes,
+MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, const ClassTable& classes,
                           const Config& config) {
   MapUpdate update;
   update.is_sequel = true;
   if (map.keyframes().poses().empty()) {
-    return update;  // nothing can have woken
+    return update;  // nothing has been moved
   }
   update.pose = map.keyframes().poses().back();
-  const Merging merging = mergingOf(config);
   Touched touched;
-  std::set<NodeId> grown;
-  for (const NodeId id : woken) {
+  std::vector<NodeId> things;
+  std::set<NodeId> removed, grown;
+  for (const NodeId id : overlaid) {
     const MapNode* node = map.find(id);
-    if (node == nullptr) {
-      continue;
-    }
-    if (!node->stuff) {
-      touched.try_emplace(id, *node);
-      continue;
-    }
-    const MapNode* first = map.findTile(node->label, node->tile);
-    for (const NodeId other : map.activeOfTile(node->label, node->tile)) {
-      if (other != first->id && std::ranges::find(update.removed, other) == update.removed.end()) {
-        MapNode& keep = touched.try_emplace(first->id, *first).first->second;
-        absorb(keep, *map.find(other), merging.leaf_size, merging.rule);
-        update.removed.push_back(other);
-        grown.insert(first->id);
-      }
+    if (node != nullptr && node->stuff) {
+      mergeTile(map, *node, mergingOf(config), touched, removed, grown);
+    } else if (node != nullptr) {
+      things.push_back(id);
     }
   }
-  grown.merge(mergeGhosts(map, touched, classes, config, update.removed));
-  for (auto& [id, node] : touched) {
-    if (grown.contains(id)) {
-      update.changed.push_back(std::move(node));
+  grown.merge(mergeGhosts(map, std::move(things), touched, classes, config, removed));
+  for (const NodeId id : grown) {
+    if (const auto node = touched.find(id); node != touched.end()) {
+      update.changed.push_back(std::move(node->second));
     }
   }
+  update.removed.assign(removed.begin(), removed.end());
   return update;
 }
 

@@ -1,6 +1,8 @@
 #include "map/keyframes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <queue>
 #include <tuple>
 
@@ -25,6 +27,19 @@ bool KeyframeGraph::needsOne(const Pose& T_map_body) const {
   }
   const Pose step = poses_.back().T_map_body.inverse() * T_map_body;
   return step.translation().norm() >= kKeyframeDistance || Eigen::AngleAxisd(step.linear()).angle() >= kKeyframeAngle;
+}
+
+KeyframeId KeyframeGraph::newestAt(const Vec3& p_map) const {
+  const auto distance = [&](const TimedPose& k) { return (k.T_map_body.translation() - p_map).norm(); };
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const TimedPose& k : poses_) {
+    nearest = std::min(nearest, distance(k));
+  }
+  KeyframeId id = last();
+  while (id >= 0 && !(distance(poses_[static_cast<std::size_t>(id)]) <= nearest + kKeyframeDistance)) {
+    --id;
+  }
+  return id;
 }
 
 KeyframeId KeyframeGraph::add(const TimedPose& pose) {

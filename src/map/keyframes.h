@@ -42,6 +42,8 @@ class KeyframeGraph {
   std::vector<KeyframeEdge> edgesOf(KeyframeId id) const;
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
 
+  /// The newest of those at a place, or where it was passed nearest; -1 when there are none.
+  KeyframeId newestAt(const Vec3& p_map) const;
   /// True when `T_map_body` is far enough from the last keyframe (or the first one) to be one.
   bool needsOne(const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);

@@ -39,7 +39,7 @@ MapDelta Map::apply(MapUpdate update) {
       tie.b = id;
       keyframes_.connect(tie);
     }
-    findActive(delta);
+    findActive(keyframes_.last(), delta);
   }
   for (const NodeId id : update.removed) {
     erase(id);
@@ -77,18 +77,18 @@ MapDelta Map::apply(const MapCorrection& correction) {
       keyframes_.move(id, T_map_body);
     }
   }
-  delta.moved = moveNodes(moves);
+  moveNodes(moves, delta);
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
   }
   for (const KeyframeEdge& loop : correction.loops) {
     keyframes_.connect(loop);
   }
-  findActive(delta);
+  findActive(keyframes_.last(), delta);
   return delta;
 }
 
-std::vector<NodeId> Map::moveNodes(const std::map<KeyframeId, Pose>& moves) {
+void Map::moveNodes(const std::map<KeyframeId, Pose>& moves, MapDelta& delta) {
   std::vector<std::pair<NodeId, const Pose*>> moved;
   for (const auto& [id, move] : moves) {
     for (const NodeId node : anchored_[static_cast<std::size_t>(id)]) {
@@ -96,8 +96,7 @@ std::vector<NodeId> Map::moveNodes(const std::map<KeyframeId, Pose>& moves) {
     }
   }
   std::sort(moved.begin(), moved.end());
-  std::vector<NodeId> ids;
-  ids.reserve(moved.size());
+  delta.moved.reserve(moved.size());
   auto node = nodes_.begin();
   for (const auto& [id, move] : moved) {
     // The next one is nearly always a neighbour, which is nearer to hand than the root of a large tree.
@@ -105,16 +104,23 @@ std::vector<NodeId> Map::moveNodes(const std::map<KeyframeId, Pose>& moves) {
       ++node;
     }
     node = node->first == id ? node : nodes_.find(id);
-    moveNode(node->second, *move);
-    ids.push_back(id);
+    if (moveNode(node->second, *move)) {
+      delta.crowded.push_back(id);
+    }
+    delta.moved.push_back(id);
   }
-  return ids;
+  const auto isAlone = [&](NodeId id) {
+    const MapNode& stuff = *find(id);
+    return tiles_.at({stuff.label, stuff.tile}).size() == 1;
+  };
+  std::erase_if(delta.crowded, isAlone);
 }
 
-void Map::moveNode(MapNode& node, const Pose& move) {
+bool Map::moveNode(MapNode& node, const Pose& move) {
   const Belief belief = transform(move, node.belief);
   const Tile tile = node.stuff && tile_size_ > 0 ? tileOf(belief.mean, tile_size_) : node.tile;
-  const bool stays = tile == node.tile && cellOf(belief.mean) == cellOf(node.belief.mean);
+  const bool is_renamed = tile != node.tile;
+  const bool stays = !is_renamed && cellOf(belief.mean) == cellOf(node.belief.mean);
   if (!stays) {
     unindex(node);
   }
@@ -124,13 +130,19 @@ void Map::moveNode(MapNode& node, const Pose& move) {
   if (!stays) {
     index(node);
   }
+  return is_renamed;
 }
 
-void Map::findActive(MapDelta& delta) {
-  if (!std::isfinite(reach_) || keyframes_.last() < 0) {
+void Map::startAt(KeyframeId id) {
+  MapDelta nobody_has_seen_it_yet;
+  findActive(id, nobody_has_seen_it_yet);
+}
+
+void Map::findActive(KeyframeId from, MapDelta& delta) {
+  if (!std::isfinite(reach_) || from < 0) {
     return;  // all are
   }
-  const std::vector<Drift> drift = keyframes_.driftFrom(keyframes_.last(), reach_);
+  const std::vector<Drift> drift = keyframes_.driftFrom(from, reach_);
   std::vector<bool> before = std::move(active_);
   before.resize(drift.size(), true);
   active_.assign(drift.size(), false);

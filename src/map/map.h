@@ -44,6 +44,7 @@ struct MapDelta {
   std::vector<NodeId> moved;    // rigidly with their anchors and otherwise as they were, ascending
   std::vector<NodeId> removed;  // ascending
   std::vector<NodeId> woken;    // active from now on, ascending: may be there twice
+  std::vector<NodeId> crowded;  // moved into a tile that has another node, ascending
 };
 
 /// The global scene graph. Only apply() mutates it.
@@ -83,6 +84,8 @@ class Map {
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
   /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
   void setReach(double reach) { reach_ = reach; }
+  /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
+  void startAt(KeyframeId id);
 
   /// How many of the nodes are believed in.
   std::size_t believedCount() const;
@@ -113,10 +116,11 @@ class Map {
   void erase(NodeId id);
   void index(const MapNode& node);
   void unindex(const MapNode& node);
-  /// Moves what is anchored to the keyframes of `moves`; their ids, ascending.
-  std::vector<NodeId> moveNodes(const std::map<KeyframeId, Pose>& moves);
-  void moveNode(MapNode& node, const Pose& move);
-  void findActive(MapDelta& delta);
+  /// Moves what is anchored to the keyframes of `moves`.
+  void moveNodes(const std::map<KeyframeId, Pose>& moves, MapDelta& delta);
+  /// True when it lies in another tile now.
+  bool moveNode(MapNode& node, const Pose& move);
+  void findActive(KeyframeId from, MapDelta& delta);
 
   std::map<NodeId, MapNode> nodes_;
   std::unordered_map<Cell, std::vector<NodeId>, CellHash> cells_;

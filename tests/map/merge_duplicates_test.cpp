@@ -156,6 +156,49 @@ TEST(MergeDuplicates, OtherClassesAndOtherTilesStayApart) {
   expectNothing(merged(map, idsFrom(1, 4)));
 }
 
+TEST(MergeDuplicates, ViewsOfTwoTimesAddUpThoseOfPiecesOfOneTimeDoNot) {
+  std::mt19937 random(3);
+  for (const bool is_later : {false, true}) {
+    MapNode keep, other;
+    keep.belief = other.belief = randomBelief(random, 1);
+    keep.views = 10, other.views = 12;
+    keep.first_us = 100, keep.last_us = 200;
+    other.first_us = is_later ? 300 : 150, other.last_us = 400;
+    absorb(keep, other, 0.1, merge);
+    EXPECT_EQ(keep.views, is_later ? 22 : 12);
+  }
+}
+
+TEST(MergeDuplicates, OfTwoTilesThatAMoveHasMadeOneOneNodeIsLeft) {
+  constexpr double kTile = 10;
+  std::vector<MapNode> nodes;
+  KeyframeGraph graph;
+  for (int k = 0; k < 3; ++k) {
+    Pose T = Pose::Identity();
+    T.translation().x() = kTile * k;
+    graph.add({k, T});
+    MapNode node;
+    node.id = k + 1;
+    node.label = 40;
+    node.stuff = true;
+    node.anchor = k;
+    node.belief = {Vec3(kTile * k, 0, 0), Mat3::Identity(), 50};
+    node.tile = tileOf(node.belief.mean, kTile);
+    nodes.push_back(node);
+  }
+  Map map = Map::restore(nodes, graph, {}, 1);
+  map.setTileSize(kTile);
+  Pose T = Pose::Identity();
+  T.translation().x() = 7;
+  const MapDelta delta = map.apply(MapCorrection{{{0, T}}, {}});
+  EXPECT_TRUE(delta.woken.empty());
+  EXPECT_EQ(delta.crowded, (std::vector<NodeId>{1}));
+  const MapDelta after = map.apply(merged(map, delta.crowded));
+  EXPECT_EQ(after.changed, (std::vector<NodeId>{1}));
+  EXPECT_EQ(after.removed, (std::vector<NodeId>{2}));
+  EXPECT_EQ(map.find(1)->belief.kappa, 100);
+}
+
 TEST(MergeDuplicates, OfNothingAndOfIdsThatAreGoneIsNothing) {
   std::mt19937 random(7);
   const Map map = mapOf(yard(random, 0));
