@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <utility>
 
 namespace hgg {
 namespace {
@@ -40,7 +41,7 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   }
   update.removed.insert(update.removed.end(), report.delta.removed.begin(), report.delta.removed.end());
   std::ranges::sort(update.removed);
-  update.edges = mapper.edgesOf(report.delta.changed);
+  update.edges = mapper.edgesOf(std::move(touched));
   return update;
 }
 
