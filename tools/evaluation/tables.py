@@ -66,7 +66,7 @@ class Matrix:
         return [run for world in self.args.worlds for odometry in self.niw_odometry() for _, switches in self.NIW
                 if self.workshop.has_switches(switches) for run in self.runs(world, None, odometry, switches)]
 
-    CORRECTION = [(False, False), (True, False), (False, True), (True, True)]  # EM, loops
+    CORRECTION = [(False, False), (True, False), (False, True), (True, True)]  # EM (where poses are odometry's: the window), loops
     # Poses are odometry's and the map is never asked, so that there is drift to close. The others say how good that odometry is:
     # the shipped values are those of wheels, wide enough for alignment to correct.
     ODOMETRY_POSE = (("ablation.odometry_pose", "true"), ("alignment.odometry_drift", "0.01"), ("alignment.odometry_turn_deg", "0.03"))
@@ -116,16 +116,20 @@ class Matrix:
         frames = self.args.loop_frames
         return "" if frames == self.args.frames else f" over the first {frames} frames" if frames else " over whole tours"
 
-    def drift_switches(self, loops):
-        return (*self.ODOMETRY_POSE, ("correction.loop_closure", str(loops).lower()))
+    def drift_switches(self, window, loops):
+        return (*self.ODOMETRY_POSE, ("correction.window", str(window).lower()), ("correction.loop_closure", str(loops).lower()))
 
     def correction_odometry(self):
         return "poor" if "poor" in self.args.odometry else self.args.odometry[-1]
 
     def correction_runs(self):
-        kinds = [self.correction_switches(*row) for row in self.CORRECTION] + [self.drift_switches(loops) for loops in (False, True)]
-        return [run for world in self.args.worlds for switches in kinds if switches is not None and self.workshop.has_switches(switches)
+        kinds = [self.correction_switches(*row) for row in self.CORRECTION] + [self.drift_switches(*row) for row in self.CORRECTION]
+        return [run for world in self.correction_worlds() for switches in kinds if switches is not None and self.workshop.has_switches(switches)
                 for run in self.correction_runs_of(world, switches)]
+
+    def correction_worlds(self):
+        """Those of the sensors, and those that are hard on loops: a whole tour takes long."""
+        return self.args.worlds if self.args.full else [w for w in self.args.worlds if w in (*self.args.sensor_worlds, *self.LOOP_WORLDS)]
 
     def correction_runs_of(self, world, switches):
         return self.runs(world, None, self.correction_odometry(), switches, frames=self.args.loop_frames)
@@ -137,7 +141,7 @@ class Matrix:
             for run in self.path_runs():
                 rows.setdefault((run.drive.world, run.odometry, poses), []).append(dataclasses.replace(run, switches=switches))
             for world in (w for w in self.args.worlds if self.args.quick or w in self.LOOP_WORLDS):
-                for odometry in self.loop_odometry():
+                for odometry in self.loop_odometry() if poses == "map" else self.loop_odometry()[:1]:
                     rows[world, odometry, poses] = [Run(Drive(world, main_sensor(world), seed, self.args.loop_frames), odometry, switches)
                                                     for seed in self.more_seeds()]
         return sorted(rows.items(), key=lambda row: (not row[0][0].startswith("along"), row[0][:2]))
@@ -148,21 +152,17 @@ class Matrix:
     def loop_runs(self):
         return [run for _, runs in self.loop_rows() for run in runs if self.workshop.has_switches(run.switches)]
 
-    WINDOWS = {"as shipped": (), "without window": (("correction.window", "false"),)}
-
     def calibration_rows(self):
-        """(world, window, its runs): the two worlds that are judged first."""
+        """(world, its runs): the two worlds that are judged first."""
         judged = [w for w in SENSOR_WORLDS if w in self.args.worlds]
-        return [(world, window, [Run(Drive(world, main_sensor(world), seed, self.args.frames), self.calibration_odometry(), switches)
-                                 for seed in self.more_seeds()])
-                for world in [*judged, *(w for w in self.args.worlds if w not in judged)] for window, switches in self.WINDOWS.items()
-                if not switches or world in self.args.sensor_worlds]
+        return [(world, [Run(Drive(world, main_sensor(world), seed, self.args.frames), self.calibration_odometry()) for seed in self.more_seeds()])
+                for world in [*judged, *(w for w in self.args.worlds if w not in judged)]]
 
     def calibration_odometry(self):
         return "good" if "good" in self.args.odometry else self.args.odometry[0]
 
     def calibration_runs(self):
-        return [run for _, _, runs in self.calibration_rows() for run in runs if self.workshop.has_switches(run.switches)]
+        return [run for _, runs in self.calibration_rows() for run in runs]
 
     def path_runs(self):
         folder = self.args.data / "kitti_trajectories"
@@ -268,19 +268,20 @@ objects of the final map, after nodes that are one object were merged. The wide 
 
     def correction(self):
         columns = [("geometry.chamfer", 3), ("geometry.accuracy", 3), ("overall.f1", 2), ("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2)]
-        kinds = [["map", "yes" if em else "", "yes" if loops else "", self.correction_switches(em, loops)] for em, loops in self.CORRECTION]
-        kinds += [["odometry", "shipped", "yes" if loops else "", self.drift_switches(loops)] for loops in (False, True)]
+        said = lambda on: "yes" if on else ""
+        kinds = [["map", "shipped", said(em), said(loops), self.correction_switches(em, loops)] for em, loops in self.CORRECTION]
+        kinds += [["odometry", said(window), "shipped", said(loops), self.drift_switches(window, loops)] for window, loops in self.CORRECTION]
         rows = []
-        for world in self.args.worlds:
+        for world in self.correction_worlds():
             for *words_, switches in kinds:
                 ready = switches is not None and self.workshop.has_switches(switches)
                 results = self.results(self.correction_runs_of(world, switches)) if ready else []
                 rows.append([world, *words_, *([*cells(results, columns), *over_seeds(results, LOOP_COLUMNS)] if ready else [NOT_YET] * 7)])
         return Table("correction", "What correction is worth", f"""
-EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry{self.ways_told()}. Poses: of the map, as a robot has them, which hardly
+Window, EM on the leaves and loop closure, each on and off, with {self.correction_odometry()} odometry{self.ways_told()}. Poses: of the map, as a robot has them, which hardly
 drift where the map is met again; or odometry's ({" ".join(f"`{key} = {value}`" for key, value in self.ODOMETRY_POSE)}), which leaves all of
-its drift to the loops, EM being as shipped. Accepted and false loops are those of all seeds together; false: more than 1 m or 3 degrees off.""",
-                     ["world", "poses", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE in, m", "ATE out, m", "accepted", "false"], rows, 4)
+its drift to window and loops. Accepted and false loops are those of all seeds together; false: more than 1 m or 3 degrees off.""",
+                     ["world", "poses", "window", "EM", "loops", "Chamfer, m", "map accuracy, m", "F1", "ATE in, m", "ATE out, m", "accepted", "false"], rows, 5)
 
     def loops(self):
         columns = [("odometry.ate_rmse", 2), ("trajectory.ate_rmse", 2), ("overall.f1", 2)]
@@ -303,16 +304,14 @@ the map there is nothing to ask, so recall is closed of asked about where poses 
         columns = [("overall.position_error.mean", 3), *((f"overall.{name}.{figure}", digits) for figure, digits in figures
                                                         for name in ("calibration_by_points", "calibration"))]
         rows = []
-        for world, window, runs in self.calibration_rows():
-            ready = self.workshop.has_switches(runs[0].switches)
-            rows.append([world, window, *(cells(self.results(runs), columns) if ready else [NOT_YET] * len(columns))])
+        for world, runs in self.calibration_rows():
+            rows.append([world, *cells(self.results(runs), columns)])
         return Table("calibration", "Whether positions keep their word", f"""
 Positions of found objects against the covariance the map publishes for them, with {self.calibration_odometry()} odometry and {self.more_seeds_told()}. Before: the
 extent's covariance over the number of points, as if every point were a new look; after: what is published. NEES / 3: mean and median
-of the normalised squared position error over 3 (honest: 1 and 0.79); the 90 % region should hold 0.9. Without window:
-`correction.window = false`.""",
-                     ["world", "correction", "position, m", "NEES / 3, before", "after", "median, before", "after", "inside 90 %, before", "after",
-                      "sigma, m, before", "after"], rows, 2)
+of the normalised squared position error over 3 (honest: 1 and 0.79); the 90 % region should hold 0.9.""",
+                     ["world", "position, m", "NEES / 3, before", "after", "median, before", "after", "inside 90 %, before", "after",
+                      "sigma, m, before", "after"], rows, 1)
 
     def alignment(self):
         header = ["maps", "pairs", "accepted", "right", "position, m", "turn, deg", "ms"]
