@@ -18,6 +18,9 @@
 namespace hgg {
 namespace {
 
+/// Nodes that are merged with what they lie on at once, a few milliseconds' work.
+constexpr std::size_t kMostMerged = 200;
+
 /// Times consecutive stages of a step.
 class StageClock {
  public:
@@ -146,6 +149,9 @@ void Mapper::finish() {
   if (const auto correction = loops_.finish(map_)) {
     carryOut(*correction);
   }
+  while (!overlaid_.empty()) {
+    mergeOverlaid({});
+  }
 }
 
 MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
@@ -189,12 +195,16 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
 }
 
 MapDelta Mapper::mergeOverlaid(MapDelta delta) {
-  std::vector<NodeId> overlaid;
-  std::ranges::set_union(delta.woken, delta.crowded, std::back_inserter(overlaid));
-  if (overlaid.empty()) {
+  std::vector<NodeId> found, waiting;
+  std::ranges::set_union(delta.woken, delta.crowded, std::back_inserter(found));
+  std::ranges::set_union(overlaid_, found, std::back_inserter(waiting));
+  if (waiting.empty()) {
     return delta;
   }
-  MapUpdate merged = mergeDuplicates(map_, overlaid, classes_, config_);
+  const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostMerged));
+  overlaid_.assign(rest, waiting.end());
+  waiting.erase(rest, waiting.end());
+  MapUpdate merged = mergeDuplicates(map_, waiting, classes_, config_);
   return joined(std::move(delta), map_.apply(std::move(merged)));
 }
 

@@ -67,7 +67,7 @@ class Mapper {
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
   /// Correction at a new keyframe.
   MapDelta correct(const LocalGraph& local, const Alignment& alignment);
-  /// Merges what may have come to lie on something else.
+  /// Merges what may have come to lie on something else: a few at a time, however much a loop has woken.
   MapDelta mergeOverlaid(MapDelta delta);
   /// Applies a correction; the present pose goes with the last keyframe.
   MapDelta carryOut(const MapCorrection& correction);
@@ -80,8 +80,9 @@ class Mapper {
   LoopCloser loops_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;
-  Travel travel_;   // since the last keyframe
-  int frames_ = 0;  // since the last keyframe
+  Travel travel_;                 // since the last keyframe
+  int frames_ = 0;                // since the last keyframe
+  std::vector<NodeId> overlaid_;  // still to be merged, ascending
 };
 
 }  // namespace hgg

@@ -333,9 +333,12 @@ MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, c
   std::set<NodeId> removed, grown;
   for (const NodeId id : overlaid) {
     const MapNode* node = map.find(id);
-    if (node != nullptr && node->stuff) {
+    if (node == nullptr || !map.isActive(*node)) {
+      continue;
+    }
+    if (node->stuff) {
       mergeTile(map, *node, mergingOf(config), touched, removed, grown);
-    } else if (node != nullptr) {
+    } else {
       things.push_back(id);
     }
   }

@@ -23,9 +23,9 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
                const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config);
 
-/// Merges each of `overlaid` (ids, ascending; what is gone is passed over) with the active nodes it is one with: stuff
-/// of one tile, things that are one object. What a loop has brought together, or what was out of reach for a while. A
-/// sequel to the frame before it.
+/// Merges each of `overlaid` (ids, ascending; what is gone or not active is passed over) with the active nodes it is
+/// one with: stuff of one tile, things that are one object. What a loop has brought together, or what was out of reach
+/// for a while. A sequel to the frame before it.
 MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, const ClassTable& classes,
                           const Config& config);
 

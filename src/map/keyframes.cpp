@@ -63,12 +63,15 @@ std::vector<KeyframeEdge> KeyframeGraph::edgesOf(KeyframeId id) const {
   return edges;
 }
 
-void KeyframeGraph::remeasure(const std::map<KeyframeId, Pose>& moves) {
+void KeyframeGraph::remeasure(const KeyframeMoves& moves) {
   const auto pose = [&](KeyframeId id) { return poses_[static_cast<std::size_t>(id)].T_map_body; };
+  const auto isMoved = [&](KeyframeId id) {
+    return std::ranges::binary_search(moves, id, {}, [](const auto& m) { return m.first; });
+  };
   for (const auto& [id, move] : moves) {
     for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
       KeyframeEdge& e = edges_[index];
-      if (e.b == id && !e.is_loop && moves.contains(e.a)) {
+      if (e.b == id && !e.is_loop && isMoved(e.a)) {
         e.T_a_b = orthonormalized(pose(e.a).inverse() * pose(e.b));
       }
     }

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
+#include <utility>
 #include <vector>
 
 #include "map/node.h"
@@ -32,6 +32,9 @@ struct Drift {
   double turn = 0;      // rad
 };
 
+/// Keyframes and what moves them (T_map_map), ascending.
+using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
+
 /// The poses a robot went through, one every 2 m or 20 degrees, and what ties them together. Nodes of the map hang on
 /// them: what moves a keyframe moves its nodes.
 class KeyframeGraph {
@@ -49,7 +52,7 @@ class KeyframeGraph {
   KeyframeId add(const TimedPose& pose);
   void connect(const KeyframeEdge& edge);
   /// Makes ties among the keyframes that were moved say how they lie now. Closed loops stay as they were found.
-  void remeasure(const std::map<KeyframeId, Pose>& moves);
+  void remeasure(const KeyframeMoves& moves);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
 
   /// Drift from `from` to every keyframe, along the edges that let least of it come together: deviations of the edges,

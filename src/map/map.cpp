@@ -69,14 +69,15 @@ MapDelta Map::apply(MapUpdate update) {
 MapDelta Map::apply(const MapCorrection& correction) {
   MapDelta delta;
   delta.revision = revision_;
-  std::map<KeyframeId, Pose> moves;
+  KeyframeMoves moves;
   for (const auto& [id, T_map_body] : correction.moved) {
     const Pose& T_before = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
     if (T_map_body.matrix() != T_before.matrix()) {  // T T^-1 is the identity only up to rounding
-      moves.emplace(id, orthonormalized(T_map_body * T_before.inverse()));
+      moves.emplace_back(id, orthonormalized(T_map_body * T_before.inverse()));
       keyframes_.move(id, T_map_body);
     }
   }
+  std::ranges::sort(moves, {}, [](const auto& m) { return m.first; });
   moveNodes(moves, delta);
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
@@ -88,7 +89,7 @@ MapDelta Map::apply(const MapCorrection& correction) {
   return delta;
 }
 
-void Map::moveNodes(const std::map<KeyframeId, Pose>& moves, MapDelta& delta) {
+void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
   std::vector<std::pair<NodeId, const Pose*>> moved;
   for (const auto& [id, move] : moves) {
     for (const NodeId node : anchored_[static_cast<std::size_t>(id)]) {

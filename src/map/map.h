@@ -117,7 +117,7 @@ class Map {
   void index(const MapNode& node);
   void unindex(const MapNode& node);
   /// Moves what is anchored to the keyframes of `moves`.
-  void moveNodes(const std::map<KeyframeId, Pose>& moves, MapDelta& delta);
+  void moveNodes(const KeyframeMoves& moves, MapDelta& delta);
   /// True when it lies in another tile now.
   bool moveNode(MapNode& node, const Pose& move);
   void findActive(KeyframeId from, MapDelta& delta);
