@@ -5,6 +5,7 @@
 #include <unistd.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cerrno>
 #include <cmath>
@@ -263,6 +264,28 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
   return keyframes;
 }
 
+/// Nodes from before they had anchors hang on the keyframe that was the last when they were first seen.
+class AnchorByTime {
+ public:
+  explicit AnchorByTime(const KeyframeGraph& keyframes) {
+    for (const TimedPose& k : keyframes.poses()) {
+      first_from_.push_back(k.utime_us);
+    }
+    for (std::size_t k = first_from_.size(); k > 1; --k) {
+      first_from_[k - 2] = std::min(first_from_[k - 2], first_from_[k - 1]);
+    }
+  }
+  /// The last keyframe that is not younger, the first where all are; -1 when there is none.
+  KeyframeId operator()(Micros utime_us) const {
+    const auto younger = std::ranges::upper_bound(first_from_, utime_us);
+    const auto older = static_cast<KeyframeId>(younger - first_from_.begin());
+    return first_from_.empty() ? -1 : std::max(older, 1) - 1;
+  }
+
+ private:
+  std::vector<Micros> first_from_;  // the earliest time from each keyframe on: ascending, as clocks need not be
+};
+
 /// nullopt when the payload does not follow the grammar.
 std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t version) {
   Reader r(payload);
@@ -278,8 +301,10 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   const auto keyframe_count = static_cast<KeyframeId>(keyframes.poses().size());
   std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), 8 + 3 + 12 + 80 + 96 + 24));
   NodeId last_id = 0;
+  const AnchorByTime anchorOf(keyframes);
   for (MapNode& node : nodes) {
     node = getNode(r, version);
+    node.anchor = version <= kVersionWithoutTies ? anchorOf(node.first_us) : node.anchor;
     r.require(node.id > last_id && node.belief.kappa >= 0 && node.anchor >= -1 && node.anchor < keyframe_count);
     last_id = node.id;
   }

@@ -397,6 +397,54 @@ TEST(MapFile, AMapFromBeforeTiesLosesAThirdOfAMetreInAHundred) {
   EXPECT_NEAR(drift.turn * 180 / M_PI, 0.3, 0.05);
 }
 
+/// Nodes first seen at these times, that hang on nothing, and keyframes of these.
+Map mapOfTimes(const std::vector<Micros>& keyframe_times, const std::vector<Micros>& first_seen) {
+  KeyframeGraph keyframes;
+  for (const Micros utime_us : keyframe_times) {
+    keyframes.add({utime_us, at(5.0 * (keyframes.last() + 1))});
+  }
+  std::vector<MapNode> nodes;
+  for (const Micros utime_us : first_seen) {
+    nodes.push_back(nodeAt(10, Vec3(1, 2, 3)));
+    nodes.back().id = static_cast<NodeId>(nodes.size());
+    nodes.back().first_us = utime_us;
+  }
+  return Map::restore(nodes, keyframes, {}, 9);
+}
+
+TEST(MapFile, NodesFromBeforeAnchorsHangOnTheLastKeyframeThatIsNotYounger) {
+  struct Case {
+    std::vector<Micros> keyframes, first_seen;
+    std::vector<KeyframeId> anchors;
+  };
+  const Case cases[] = {
+      {{100, 200, 300}, {-5, 99, 100, 199, 200, 250, 300, 9000}, {0, 0, 0, 0, 1, 1, 2, 2}},
+      {{100, 100, 300}, {100, 200}, {1, 1}},
+      {{10, 600, 700, 50, 800}, {0, 10, 49, 100, 650, 9000}, {0, 0, 0, 3, 3, 4}},  // gone on from with an older log
+      {{}, {0, 50}, {-1, -1}},
+  };
+  for (const std::uint32_t version : {1U, 2U}) {
+    for (const Case& c : cases) {
+      const Map map = mapOfTimes(c.keyframes, c.first_seen);
+      const auto stored = decodeMap(fileAround(headerOf(version), payloadAs(version, map)));
+      ASSERT_TRUE(stored) << stored.error;
+      std::vector<KeyframeId> anchors;
+      for (const auto& [id, node] : stored->map.nodes()) {
+        anchors.push_back(node.anchor);
+      }
+      EXPECT_EQ(anchors, c.anchors) << "version " << version;
+    }
+  }
+}
+
+TEST(MapFile, ACorrectionMovesNodesFromBeforeAnchorsWithTheirKeyframes) {
+  auto stored = decodeMap(fileAround(headerOf(2), payloadAs(2, mapOfTimes({100, 200}, {150, 250}))));
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.apply(MapCorrection{{{1, at(6)}}, {}}).moved, (std::vector<NodeId>{2}));
+  EXPECT_EQ(stored->map.find(1)->belief.mean, Vec3(1, 2, 3));
+  EXPECT_TRUE(stored->map.find(2)->belief.mean.isApprox(Vec3(2, 2, 3), 1e-12));
+}
+
 TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
   const std::string payload = payloadOf(encodeMap(looseMap(), {}));
   const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
