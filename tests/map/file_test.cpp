@@ -445,6 +445,61 @@ TEST(MapFile, ACorrectionMovesNodesFromBeforeAnchorsWithTheirKeyframes) {
   EXPECT_TRUE(stored->map.find(2)->belief.mean.isApprox(Vec3(2, 2, 3), 1e-12));
 }
 
+/// Keyframes of which two hang together beside the first two, and two hang on nothing.
+Map mapOfLooseKeyframes() {
+  KeyframeGraph keyframes;
+  for (int k = 0; k < 6; ++k) {
+    keyframes.add({100 * k, at(3.0 * k)});
+  }
+  keyframes.connect({0, 1, at(3), 0.02, 0.001, false});
+  keyframes.connect({4, 2, at(-6), 0.08, 0.005, true});
+  return Map::restore({}, keyframes, {}, 9);
+}
+
+TEST(MapFile, KeyframesThatNothingConnectsToTheFirstAreTiedToTheOneBefore) {
+  const auto stored = decodeMap(encodeMap(mapOfLooseKeyframes(), {}));
+  ASSERT_TRUE(stored) << stored.error;
+  const KeyframeGraph& keyframes = stored->map.keyframes();
+  ASSERT_EQ(keyframes.edges().size(), 5U);
+  EXPECT_EQ(keyframes.edges()[0].sigma, 0.02);
+  EXPECT_TRUE(keyframes.edges()[1].is_loop);
+  const KeyframeId later[] = {2, 3, 5};  // 4 hangs on 2
+  for (std::size_t k = 0; k < 3; ++k) {
+    const KeyframeEdge& e = keyframes.edges()[2 + k];
+    EXPECT_EQ(e.a, later[k] - 1);
+    EXPECT_EQ(e.b, later[k]);
+    EXPECT_TRUE(e.T_a_b.isApprox(at(3), 1e-12));
+    EXPECT_EQ(e.sigma, 0.3);
+    EXPECT_NEAR(e.sigma_turn * 180 / M_PI, 3, 1e-12);
+    EXPECT_FALSE(e.is_loop);
+  }
+  for (const Drift& drift : keyframes.driftFrom(5, std::numeric_limits<double>::infinity())) {
+    EXPECT_GE(drift.position, 0);
+  }
+  const std::string bytes = encodeMap(stored->map, {});
+  const auto again = decodeMap(bytes);
+  ASSERT_TRUE(again) << again.error;
+  EXPECT_EQ(encodeMap(again->map, {}), bytes) << "what is connected stays as it is";
+}
+
+TEST(MapFile, TiesAreReadWithinLimitsAndNeverWrittenBeyondThem) {
+  const auto read = [](double sigma, double sigma_turn) {
+    KeyframeGraph keyframes;
+    keyframes.add({0, at(0)});
+    keyframes.add({1, at(3)});
+    keyframes.connect({0, 1, at(3), sigma, sigma_turn, false});
+    const auto stored = decodeMap(encodeMap(Map::restore({}, keyframes, {}, 9), {}));
+    EXPECT_TRUE(stored) << stored.error;
+    const KeyframeEdge e = stored ? stored->map.keyframes().edges().at(0) : KeyframeEdge{};
+    return std::pair(e.sigma, e.sigma_turn);
+  };
+  for (const auto& [sigma, sigma_turn] : {std::pair(1e-4, 1e-5), {1e-6, 1e-7}, {1e3, 1e3}, {15.0, 0.5}}) {
+    EXPECT_EQ(read(sigma, sigma_turn), std::pair(sigma, sigma_turn));
+  }
+  EXPECT_EQ(read(0, 1e-20), std::pair(1e-6, 1e-7));
+  EXPECT_EQ(read(1e200, 1e4), std::pair(1e3, 1e3));
+}
+
 TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
   const std::string payload = payloadOf(encodeMap(looseMap(), {}));
   const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
@@ -458,10 +513,12 @@ TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
     EXPECT_FALSE(loads(with(payload, first + 4, wrong)));
   }
   EXPECT_FALSE(loads(with(payload, first, KeyframeId{1})));  // to itself
-  for (const double wrong : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong)));
-    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong)));
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double wrong : {0.0, -1.0, std::nan(""), infinite, -infinite, 1e-200, 1e-8, 1.1e3, 1e200}) {
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong))) << wrong;
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong))) << wrong;
   }
+  EXPECT_FALSE(loads(with(payload, first + 8 + 96, 1e-7)));  // less than a micrometre
   EXPECT_FALSE(loads(with(payload, ties, std::uint64_t{4})));
   EXPECT_FALSE(loads(with(payload, ties, ~std::uint64_t{0})));
 }
