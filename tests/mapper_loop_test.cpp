@@ -196,12 +196,46 @@ TEST(MapperLoop, ClosesARoundAndMovesPosesMapAndTrajectoryTogether) {
   EXPECT_LT((rounds.step().T_map_body.translation() - T_last.translation()).norm(), 1.2);
 }
 
+/// Pairs of active things of one class that are nearer to each other than any two of the yard.
+int doublesIn(const Map& map) {
+  int doubles = 0;
+  for (const auto& [id, node] : map.nodes()) {
+    for (const NodeId other : map.near(node.belief.mean, 0.5)) {
+      doubles += !node.stuff && map.isActive(node) && other > id && map.find(other)->label == node.label ? 1 : 0;
+    }
+  }
+  return doubles;
+}
+
+TEST(MapperLoop, WhatALoopBringsTogetherIsOneThing) {
+  Config config = Rounds::config();
+  config.correction.drift_reach = 0.8;  // so that the loop wakes what lies around it
+  Rounds rounds(config);
+  const Map& map = rounds.mapper.map();
+  std::vector<NodeId> asleep;
+  while (rounds.reports.size() < kRound + 30 && rounds.mapper.loops().accepted() == 0) {
+    EXPECT_EQ(doublesIn(map), 0);
+    asleep.clear();
+    for (const auto& [id, node] : map.nodes()) {
+      if (!node.stuff && !map.isActive(node)) {
+        asleep.push_back(id);
+      }
+    }
+    rounds.step();
+  }
+  ASSERT_EQ(rounds.mapper.loops().accepted(), 1);
+  const auto isAwake = [&](NodeId id) { return map.find(id) == nullptr || map.isActive(*map.find(id)); };
+  EXPECT_GE(std::ranges::count_if(asleep, isAwake), 10);
+  EXPECT_EQ(doublesIn(map), 0);
+}
+
 TEST(MapperLoop, TwoRunsGiveTheSameBytes) {
   Rounds a, b;
   for (int k = 0; k < kRound + 20; ++k) {
     a.step();
     b.step();
   }
+  EXPECT_GT(a.mapper.loops().accepted(), 0);
   EXPECT_EQ(a.mapper.loops().records().size(), b.mapper.loops().records().size());
   EXPECT_EQ(encodeMap(a.mapper.map(), a.mapper.edges()), encodeMap(b.mapper.map(), b.mapper.edges()));
 }

@@ -1,6 +1,5 @@
 #include "correction/pose_graph.h"
 
-#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -20,18 +19,6 @@ constexpr double kTrueLoop = 16.8;
 /// times their median, and is narrowed stage by stage.
 constexpr double kFirstScale = 2, kNarrowing = 16;
 constexpr int kMaxStages = 8, kStageIterations = 5, kLastIterations = 15;
-
-/// Ends a solve where it stands.
-class StopCallback : public ceres::IterationCallback {
- public:
-  explicit StopCallback(const std::atomic<bool>* stop) : stop_(stop) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& /*summary*/) override {
-    return stop_ != nullptr && *stop_ ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const std::atomic<bool>* stop_;
-};
 
 struct PoseGraph {
   std::vector<PoseBlock> poses;
@@ -126,17 +113,15 @@ struct Progress {
 };
 
 /// Solves in place, narrowing the loss down to kTrueLoop.
-Progress minimize(PoseGraph& graph, ScalingLoss& loss, const std::atomic<bool>* stop) {
+Progress minimize(PoseGraph& graph, ScalingLoss& loss) {
   PoseManifold manifold;
   ceres::Problem problem(borrowing());
   addEdges(graph, manifold, loss, problem);
-  StopCallback callback(stop);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.num_threads = 1;
   options.logging_type = ceres::SILENT;
   options.initial_trust_region_radius = 1e8;
-  options.callbacks.push_back(&callback);
   Progress progress;
   double scale = kFirstScale * kNarrowing * median(squaredLoopErrors(graph));
   for (int stage = 0; stage <= kMaxStages; ++stage) {
@@ -149,7 +134,7 @@ Progress minimize(PoseGraph& graph, ScalingLoss& loss, const std::atomic<bool>* 
     ceres::Solve(options, &problem, &summary);
     progress.iterations += static_cast<int>(summary.iterations.size());
     progress.converged = last && summary.termination_type == ceres::CONVERGENCE;
-    if (last || !summary.IsSolutionUsable() || (stop != nullptr && *stop)) {
+    if (last || !summary.IsSolutionUsable()) {
       break;
     }
   }
@@ -158,8 +143,7 @@ Progress minimize(PoseGraph& graph, ScalingLoss& loss, const std::atomic<bool>* 
 
 }  // namespace
 
-PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges,
-                                 const std::atomic<bool>* stop) {
+PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges) {
   PoseGraphSolution solution;
   solution.poses = poses;
   PoseGraph graph{{}, {}, edges};
@@ -170,7 +154,7 @@ PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const
   const std::vector<PoseBlock> start = graph.poses;
   ScalingLoss loss(kTrueLoop);
   solution.cost_before = solution.cost_after = costOf(graph, loss);
-  const Progress progress = edges.empty() ? Progress{0, true} : minimize(graph, loss, stop);
+  const Progress progress = edges.empty() ? Progress{0, true} : minimize(graph, loss);
   solution.iterations = progress.iterations;
   loss.setScale(kTrueLoop);
   const double cost = costOf(graph, loss);

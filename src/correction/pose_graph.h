@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <span>
 #include <vector>
 
@@ -27,9 +26,8 @@ struct PoseGraphSolution {
 
 /// Spreads the loops' corrections over the keyframes, `poses` (T_map_body) being their start and the first staying
 /// fixed. Loops carry a robust loss, so a false one loses its weight instead of bending the map. Poses that no edge
-/// connects to the first stay as they are. Edges between valid, different poses only. When `stop` becomes true the
-/// result is the better of the input and what has been reached. Single-threaded: same input, same bytes unless stopped.
-PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges,
-                                 const std::atomic<bool>* stop = nullptr);
+/// connects to the first stay as they are. Edges between valid, different poses only. Single-threaded: same input, same
+/// bytes.
+PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges);
 
 }  // namespace hgg

@@ -14,12 +14,7 @@ namespace {
 constexpr double kKeyframeDistance = 2.0;  // m
 constexpr double kKeyframeAngle = 20.0 * M_PI / 180;
 
-/// What alignment loses from one keyframe to the next: 0.3 degrees and 0.35 m in 100 m, as on real drives.
-constexpr double kTieSigma = 0.02, kTieTurn = 0.04 * M_PI / 180;  // m, rad
-
 }  // namespace
-
-KeyframeEdge alignedTie(KeyframeId a, const Pose& T_a_b) { return {a, -1, T_a_b, kTieSigma, kTieTurn, false}; }
 
 bool KeyframeGraph::needsOne(const Pose& T_map_body) const {
   if (poses_.empty()) {

@@ -23,9 +23,6 @@ struct KeyframeEdge {
   bool is_loop = false;   // found again without the help of odometry: may be wrong
 };
 
-/// The tie of a keyframe (b, to be set) to the one 2 m or 20 degrees before it, where frames were aligned all the way.
-KeyframeEdge alignedTie(KeyframeId a, const Pose& T_a_b);
-
 /// How far apart the beliefs about two places may have drifted, one standard deviation.
 struct Drift {
   double position = 0;  // m

@@ -104,9 +104,8 @@ struct Revisit {
     MapUpdate update;
     update.pose = {1000 * (map.keyframes().last() + 1), T};
     if (map.keyframes().last() >= 0) {
-      KeyframeEdge tie = alignedTie(map.keyframes().last(), map.keyframes().poses().back().T_map_body.inverse() * T);
-      tie.sigma = sigma, tie.sigma_turn = 1e-4;
-      update.ties = {tie};
+      const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
+      update.ties = {{map.keyframes().last(), -1, T_last_body, sigma, 1e-4, false}};
     }
     const auto seed = static_cast<unsigned>(map.keyframes().poses().size() + 1);
     update.created = nodesOfWorld(world, T_map_world.inverse(), seed, sees);

@@ -187,18 +187,6 @@ TEST(PoseGraph, OfNothingOrOnePoseIsItself) {
   expectSameBytes(solvePoseGraph(apart, elsewhere).poses, apart);
 }
 
-TEST(PoseGraph, StopsWhenTold) {
-  std::mt19937 random(6);
-  Drive drive = noisyDrive(random, 2);
-  addTrueLoops(random, 10, drive);
-  const std::atomic<bool> stop{true};
-  const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.edges, &stop);
-  EXPECT_FALSE(solution.converged);
-  EXPECT_LE(solution.iterations, 1);
-  EXPECT_EQ(solution.cost_after, solution.cost_before);
-  expectSameBytes(solution.poses, drive.drifted);
-}
-
 TEST(PoseGraph, GivesTheSameBytesTwice) {
   std::mt19937 random(7);
   Drive drive = noisyDrive(random, 2);

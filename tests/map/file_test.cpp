@@ -17,6 +17,18 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHeaderBytes = 12;  // magic and version
 
+Pose at(double x) {
+  Pose T = Pose::Identity();
+  T.translation().x() = x;
+  return T;
+}
+
+/// The tie of what is to be the next keyframe of a map to the one before it.
+std::vector<KeyframeEdge> tiesOfNext(const Map& map) {
+  const KeyframeId last = map.keyframes().last();
+  return last < 0 ? std::vector<KeyframeEdge>() : std::vector<KeyframeEdge>{{last, -1, at(2), 0.02, 0.001, false}};
+}
+
 /// A map with things, stuff, removed nodes, keyframes and class names.
 Map sampleMap(unsigned seed, int nodes) {
   std::mt19937 random(seed);
@@ -25,10 +37,12 @@ Map sampleMap(unsigned seed, int nodes) {
   for (int k = 0; k < nodes; ++k) {
     MapUpdate update;
     update.pose = {1000 * k, randomPose(random, 20)};
+    update.ties = tiesOfNext(map);
     update.created.push_back(k % 4 == 3 ? tileNode(40, {k, -k, 1}, randomVector(random, 50)) : randomNode(random, 50));
     map.apply(std::move(update));
   }
   MapUpdate update;
+  update.ties = tiesOfNext(map);
   update.removed = {static_cast<NodeId>(nodes)};
   map.apply(std::move(update));
   return map;
@@ -304,11 +318,9 @@ Map looseMap() {
   return Map::restore(nodes, keyframes, {}, 9);
 }
 
-/// The payload as version 2 had it: no ties, no anchors.
-std::string asVersion2(const Map& map) {
-  const auto sizeOf = [](const MapNode& node) {
-    return 11 + 12 + 80 + 96 + 4 + 16 + 4 + 4 + 40 * node.leaves.size() + 2 + 6 * node.classes.views.size();
-  };
+/// The payload as versions 1 and 2 had it: no ties, no anchors; in version 1 no classes of nodes.
+std::string payloadAs(std::uint32_t version, const Map& map) {
+  const auto anchorAt = [](std::size_t node) { return node + 11 + 12 + 80 + 96 + 4 + 16; };
   std::string payload = payloadOf(encodeMap(map, {}));
   std::size_t offset = 4 + 8 + 8 + 8;
   for (const auto& [id, name] : map.classNames()) {
@@ -319,9 +331,12 @@ std::string asVersion2(const Map& map) {
   offset += 8;
   for (const auto& [id, node] : map.nodes()) {
     EXPECT_EQ(at<NodeId>(payload, offset), id);
-    EXPECT_EQ(at<KeyframeId>(payload, offset + 219), node.anchor);
-    payload.erase(offset + 219, 4);
-    offset += sizeOf(node) - 4;
+    EXPECT_EQ(at<KeyframeId>(payload, anchorAt(offset)), node.anchor);
+    payload.erase(anchorAt(offset), 4);
+    offset = anchorAt(offset) + 4 + 40 * node.leaves.size();
+    const std::size_t classes = 2 + 6 * node.classes.views.size();
+    payload.erase(offset, version == 1 ? classes : 0);
+    offset += version == 1 ? 0 : classes;
   }
   return payload;
 }
@@ -349,9 +364,9 @@ TEST(MapFile, TiesLoopsAndAnchorsComeBackAsTheyWere) {
   EXPECT_EQ(encodeMap(stored->map, {}), bytes);
 }
 
-TEST(MapFile, AMapFromBeforeTiesIsAChainAndItsNodesHangOnNothing) {
+TEST(MapFile, AMapFromBeforeTiesIsAChain) {
   for (const Map& map : {looseMap(), sampleMap(21, 12)}) {
-    const auto stored = decodeMap(fileAround(headerOf(2), asVersion2(map)));
+    const auto stored = decodeMap(fileAround(headerOf(2), payloadAs(2, map)));
     ASSERT_TRUE(stored) << stored.error;
     const std::vector<TimedPose>& poses = stored->map.keyframes().poses();
     ASSERT_EQ(poses.size(), map.keyframes().poses().size());
@@ -365,10 +380,124 @@ TEST(MapFile, AMapFromBeforeTiesIsAChainAndItsNodesHangOnNothing) {
     }
     ASSERT_EQ(stored->map.nodes().size(), map.nodes().size());
     for (const auto& [id, node] : map.nodes()) {
-      EXPECT_EQ(stored->map.find(id)->anchor, -1);
       expectSame(node, *stored->map.find(id));
     }
   }
+}
+
+TEST(MapFile, AMapFromBeforeTiesLosesAThirdOfAMetreInAHundred) {
+  KeyframeGraph keyframes;
+  for (int k = 0; k <= 50; ++k) {
+    keyframes.add({k, at(2.0 * k)});
+  }
+  const auto stored = decodeMap(fileAround(headerOf(2), payloadAs(2, Map::restore({}, keyframes, {}, 1))));
+  ASSERT_TRUE(stored) << stored.error;
+  const Drift drift = stored->map.keyframes().driftFrom(50, 1e9)[0];
+  EXPECT_NEAR(drift.position, 0.35, 0.15);
+  EXPECT_NEAR(drift.turn * 180 / M_PI, 0.3, 0.05);
+}
+
+/// Nodes first seen at these times, that hang on nothing, and keyframes of these.
+Map mapOfTimes(const std::vector<Micros>& keyframe_times, const std::vector<Micros>& first_seen) {
+  KeyframeGraph keyframes;
+  for (const Micros utime_us : keyframe_times) {
+    keyframes.add({utime_us, at(5.0 * (keyframes.last() + 1))});
+  }
+  std::vector<MapNode> nodes;
+  for (const Micros utime_us : first_seen) {
+    nodes.push_back(nodeAt(10, Vec3(1, 2, 3)));
+    nodes.back().id = static_cast<NodeId>(nodes.size());
+    nodes.back().first_us = utime_us;
+  }
+  return Map::restore(nodes, keyframes, {}, 9);
+}
+
+TEST(MapFile, NodesFromBeforeAnchorsHangOnTheLastKeyframeThatIsNotYounger) {
+  struct Case {
+    std::vector<Micros> keyframes, first_seen;
+    std::vector<KeyframeId> anchors;
+  };
+  const Case cases[] = {
+      {{100, 200, 300}, {-5, 99, 100, 199, 200, 250, 300, 9000}, {0, 0, 0, 0, 1, 1, 2, 2}},
+      {{100, 100, 300}, {100, 200}, {1, 1}},
+      {{10, 600, 700, 50, 800}, {0, 10, 49, 100, 650, 9000}, {0, 0, 0, 3, 3, 4}},  // gone on from with an older log
+      {{}, {0, 50}, {-1, -1}},
+  };
+  for (const std::uint32_t version : {1U, 2U}) {
+    for (const Case& c : cases) {
+      const Map map = mapOfTimes(c.keyframes, c.first_seen);
+      const auto stored = decodeMap(fileAround(headerOf(version), payloadAs(version, map)));
+      ASSERT_TRUE(stored) << stored.error;
+      std::vector<KeyframeId> anchors;
+      for (const auto& [id, node] : stored->map.nodes()) {
+        anchors.push_back(node.anchor);
+      }
+      EXPECT_EQ(anchors, c.anchors) << "version " << version;
+    }
+  }
+}
+
+TEST(MapFile, ACorrectionMovesNodesFromBeforeAnchorsWithTheirKeyframes) {
+  auto stored = decodeMap(fileAround(headerOf(2), payloadAs(2, mapOfTimes({100, 200}, {150, 250}))));
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.apply(MapCorrection{{{1, at(6)}}, {}}).moved, (std::vector<NodeId>{2}));
+  EXPECT_EQ(stored->map.find(1)->belief.mean, Vec3(1, 2, 3));
+  EXPECT_TRUE(stored->map.find(2)->belief.mean.isApprox(Vec3(2, 2, 3), 1e-12));
+}
+
+/// Keyframes of which two hang together beside the first two, and two hang on nothing.
+Map mapOfLooseKeyframes() {
+  KeyframeGraph keyframes;
+  for (int k = 0; k < 6; ++k) {
+    keyframes.add({100 * k, at(3.0 * k)});
+  }
+  keyframes.connect({0, 1, at(3), 0.02, 0.001, false});
+  keyframes.connect({4, 2, at(-6), 0.08, 0.005, true});
+  return Map::restore({}, keyframes, {}, 9);
+}
+
+TEST(MapFile, KeyframesThatNothingConnectsToTheFirstAreTiedToTheOneBefore) {
+  const auto stored = decodeMap(encodeMap(mapOfLooseKeyframes(), {}));
+  ASSERT_TRUE(stored) << stored.error;
+  const KeyframeGraph& keyframes = stored->map.keyframes();
+  ASSERT_EQ(keyframes.edges().size(), 5U);
+  EXPECT_EQ(keyframes.edges()[0].sigma, 0.02);
+  EXPECT_TRUE(keyframes.edges()[1].is_loop);
+  const KeyframeId later[] = {2, 3, 5};  // 4 hangs on 2
+  for (std::size_t k = 0; k < 3; ++k) {
+    const KeyframeEdge& e = keyframes.edges()[2 + k];
+    EXPECT_EQ(e.a, later[k] - 1);
+    EXPECT_EQ(e.b, later[k]);
+    EXPECT_TRUE(e.T_a_b.isApprox(at(3), 1e-12));
+    EXPECT_EQ(e.sigma, 0.3);
+    EXPECT_NEAR(e.sigma_turn * 180 / M_PI, 3, 1e-12);
+    EXPECT_FALSE(e.is_loop);
+  }
+  for (const Drift& drift : keyframes.driftFrom(5, std::numeric_limits<double>::infinity())) {
+    EXPECT_GE(drift.position, 0);
+  }
+  const std::string bytes = encodeMap(stored->map, {});
+  const auto again = decodeMap(bytes);
+  ASSERT_TRUE(again) << again.error;
+  EXPECT_EQ(encodeMap(again->map, {}), bytes) << "what is connected stays as it is";
+}
+
+TEST(MapFile, TiesAreReadWithinLimitsAndNeverWrittenBeyondThem) {
+  const auto read = [](double sigma, double sigma_turn) {
+    KeyframeGraph keyframes;
+    keyframes.add({0, at(0)});
+    keyframes.add({1, at(3)});
+    keyframes.connect({0, 1, at(3), sigma, sigma_turn, false});
+    const auto stored = decodeMap(encodeMap(Map::restore({}, keyframes, {}, 9), {}));
+    EXPECT_TRUE(stored) << stored.error;
+    const KeyframeEdge e = stored ? stored->map.keyframes().edges().at(0) : KeyframeEdge{};
+    return std::pair(e.sigma, e.sigma_turn);
+  };
+  for (const auto& [sigma, sigma_turn] : {std::pair(1e-4, 1e-5), {1e-6, 1e-7}, {1e3, 1e3}, {15.0, 0.5}}) {
+    EXPECT_EQ(read(sigma, sigma_turn), std::pair(sigma, sigma_turn));
+  }
+  EXPECT_EQ(read(0, 1e-20), std::pair(1e-6, 1e-7));
+  EXPECT_EQ(read(1e200, 1e4), std::pair(1e3, 1e3));
 }
 
 TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
@@ -384,10 +513,12 @@ TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
     EXPECT_FALSE(loads(with(payload, first + 4, wrong)));
   }
   EXPECT_FALSE(loads(with(payload, first, KeyframeId{1})));  // to itself
-  for (const double wrong : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong)));
-    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong)));
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (const double wrong : {0.0, -1.0, std::nan(""), infinite, -infinite, 1e-200, 1e-8, 1.1e3, 1e200}) {
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong))) << wrong;
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong))) << wrong;
   }
+  EXPECT_FALSE(loads(with(payload, first + 8 + 96, 1e-7)));  // less than a micrometre
   EXPECT_FALSE(loads(with(payload, ties, std::uint64_t{4})));
   EXPECT_FALSE(loads(with(payload, ties, ~std::uint64_t{0})));
 }

@@ -178,20 +178,5 @@ TEST(KeyframeGraph, NeedsOneEveryTwoMetresOrTwentyDegrees) {
   }
 }
 
-TEST(KeyframeGraph, AnAlignedTieLosesAThirdOfAMetreInAHundred) {
-  KeyframeGraph graph;
-  for (int k = 0; k <= 50; ++k) {
-    graph.add({k, at(2.0 * k)});
-    if (k > 0) {
-      KeyframeEdge tie = alignedTie(k - 1, at(2));
-      tie.b = k;
-      graph.connect(tie);
-    }
-  }
-  const Drift drift = graph.driftFrom(50, kFar)[0];
-  EXPECT_NEAR(drift.position, 0.35, 0.15);
-  EXPECT_NEAR(drift.turn * 180 / M_PI, 0.3, 0.05);
-}
-
 }  // namespace
 }  // namespace hgg

@@ -27,9 +27,8 @@ MapUpdate keyframeAt(const Map& map, const Pose& T, std::vector<MapNode> created
   MapUpdate update;
   update.pose = {1000 * (map.keyframes().last() + 1), T};
   if (map.keyframes().last() >= 0) {
-    KeyframeEdge tie = alignedTie(map.keyframes().last(), map.keyframes().poses().back().T_map_body.inverse() * T);
-    tie.sigma = sigma;
-    update.ties = {tie};
+    const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
+    update.ties = {{map.keyframes().last(), -1, T_last_body, sigma, 0.04 * M_PI / 180, false}};
   }
   update.created = std::move(created);
   return update;
