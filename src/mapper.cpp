@@ -173,7 +173,7 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   MapDelta delta;
   const int frames = std::exchange(frames_, 0);
   if (config_.correction.window) {
-    pose_window_.add(map_.keyframes(), map_.keyframes().last(), local, alignment);
+    pose_window_.add(map_, map_.keyframes().last(), local, alignment);
     if (const auto correction = pose_window_.solve(map_, config_)) {
       delta = carryOut(*correction);
     }

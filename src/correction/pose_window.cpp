@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <ranges>
 
 namespace hgg {
 namespace {
@@ -34,20 +35,44 @@ void addMotions(const std::vector<KeyframeEdge>& ties, const std::map<KeyframeId
 
 }  // namespace
 
-void PoseWindow::add(const KeyframeGraph& keyframes, KeyframeId keyframe, const LocalGraph& local,
-                     const Alignment& alignment) {
+void PoseWindow::add(const Map& map, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
+  const KeyframeGraph& keyframes = map.keyframes();
   View view{keyframe, alignment.leaf_pairs > 0, {}, keyframes.edgesOf(keyframe)};
   std::erase_if(view.ties, [&](const KeyframeEdge& e) { return e.b != keyframe; });
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
-    if (!object.stuff) {
-      view.seen_body.emplace_back(pair.map, object.belief);
+    const MapNode* node = map.find(pair.map);
+    if (object.stuff || node == nullptr) {
+      continue;
     }
+    view.seen_body.emplace_back(pair.map, object.belief);
+    Belief before = transform(node->T_map_object.inverse(), node->belief);
+    // One that was made since the last keyframe was not known before; of another this frame's share is.
+    before.kappa = node->anchor >= keyframe - 1 ? 0 : std::max(0.0, before.kappa - object.belief.kappa);
+    before_.try_emplace(pair.map, before);
   }
   views_.push_back(std::move(view));
   if (views_.size() > kViews) {
+    leaveBehind(map, views_.front());
     views_.pop_front();
   }
+}
+
+void PoseWindow::leaveBehind(const Map& map, const View& view) {
+  const Pose& T_map_body = map.keyframes().poses()[static_cast<std::size_t>(view.keyframe)].T_map_body;
+  for (const auto& [id, belief_body] : view.seen_body) {
+    const MapNode* node = map.find(id);
+    if (node == nullptr) {
+      continue;
+    }
+    Belief& before = before_.at(id);
+    before = merge(before, transform(node->T_map_object.inverse() * T_map_body, belief_body));
+  }
+  std::erase_if(before_, [&](const auto& entry) {
+    return std::ranges::none_of(views_ | std::views::drop(1), [&](const View& v) {
+      return std::ranges::any_of(v.seen_body, [&](const auto& seen) { return seen.first == entry.first; });
+    });
+  });
 }
 
 std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
@@ -68,10 +93,8 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
       }
       const auto [object, is_new] = object_of.try_emplace(id, static_cast<int>(problem.objects.size()));
       if (is_new) {
-        problem.objects.push_back(node->belief);
+        problem.objects.push_back(transform(node->T_map_object, before_.at(id)));
       }
-      Belief& prior = problem.objects[static_cast<std::size_t>(object->second)];
-      prior.kappa = std::max(0.0, prior.kappa - belief_body.kappa);  // from before the window
       problem.observations.push_back({pose, object->second, belief_body});
     }
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -18,7 +19,7 @@ namespace hgg {
 class PoseWindow {
  public:
   /// Takes what a new keyframe saw and how it was aligned.
-  void add(const KeyframeGraph& keyframes, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
+  void add(const Map& map, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
 
   /// The keyframes where the window has them; nullopt when it is too short or not usable, and where the map holds the
   /// newest pose: leaves say more than objects do.
@@ -32,7 +33,11 @@ class PoseWindow {
     std::vector<KeyframeEdge> ties;  // to older keyframes, as measured: those of the map follow the window
   };
 
+  /// Lets what a view says of objects be from before the window.
+  void leaveBehind(const Map& map, const View& view);
+
   std::deque<View> views_;
+  std::map<NodeId, Belief> before_;  // objects of the views as they were before the window, in the object frame
 };
 
 }  // namespace hgg

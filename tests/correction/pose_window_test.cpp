@@ -70,7 +70,7 @@ struct DriftingDrive {
       alignment.pairs.push_back({static_cast<int>(local.objects.size()), poles[i].id, 0});
       local.objects.push_back(object);
     }
-    window.add(map.keyframes(), k, local, alignment);
+    window.add(map, k, local, alignment);
   }
 
   DriftingDrive& addAll(std::size_t first = 0) {
@@ -194,7 +194,7 @@ TEST(PoseWindow, StuffMovesNoPose) {
   Alignment alignment;
   alignment.pairs = {{0, 1, 0}};
   for (int k = 0; k < 3; ++k) {
-    drive.window.add(drive.map.keyframes(), k, road, alignment);
+    drive.window.add(drive.map, k, road, alignment);
   }
   EXPECT_FALSE(drive.window.solve(drive.map, {}));
 }
