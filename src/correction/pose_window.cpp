@@ -48,7 +48,7 @@ void PoseWindow::add(const Map& map, KeyframeId keyframe, const LocalGraph& loca
     view.seen_body.emplace_back(pair.map, object.belief);
     Belief before = transform(node->T_map_object.inverse(), node->belief);
     // One that was made since the last keyframe was not known before; of another this frame's share is.
-    before.kappa = node->anchor >= keyframe - 1 ? 0 : std::max(0.0, before.kappa - object.belief.kappa);
+    before.kappa = node->anchor >= std::max(keyframe - 1, 0) ? 0 : std::max(0.0, before.kappa - object.belief.kappa);
     before_.try_emplace(pair.map, before);
   }
   views_.push_back(std::move(view));

@@ -140,6 +140,62 @@ TEST(PoseWindow, ObjectsBringPosesThatDriftCloserToTheTruth) {
   EXPECT_LT(drive.error(), 0.5 * before);
 }
 
+TEST(PoseWindow, AnObjectThatWasMadeInTheWindowHoldsNoPose) {
+  // What frames between keyframes have made of it goes with their drift, however much it is.
+  std::vector<MapCorrection> found;
+  for (const double kappa : {1.0, 1e6}) {
+    DriftingDrive drive(10, 12);
+    std::vector<MapNode> nodes = drive.poles;
+    for (MapNode& node : nodes) {
+      node.belief.mean += Vec3(0.5, 0.2, 0);
+      node.belief.kappa = kappa;
+      node.anchor = 0;  // the first keyframe of the window
+    }
+    drive.map = Map::restore(nodes, drive.map.keyframes(), {}, 1);
+    found.push_back(drive.addAll().window.solve(drive.map, {}).value_or(MapCorrection{}));
+  }
+  ASSERT_EQ(found[0].moved.size(), 10U);
+  ASSERT_EQ(found[1].moved.size(), 10U);
+  for (std::size_t k = 0; k < 10; ++k) {
+    EXPECT_TRUE(found[0].moved[k].second.isApprox(found[1].moved[k].second, 1e-12)) << k;
+  }
+}
+
+TEST(PoseWindow, AnObjectFromBeforeTheWindowPullsWhatSeesItToIt) {
+  double height[2];
+  for (const int anchor : {-1, 0}) {  // from before the window, made in it
+    DriftingDrive drive(10, 12);
+    std::vector<MapNode> nodes = drive.poles;
+    for (MapNode& node : nodes) {
+      node.belief.mean.z() += 0.3;
+      node.belief.kappa = 1e4;
+      node.anchor = anchor;
+    }
+    drive.map = Map::restore(nodes, drive.map.keyframes(), {}, 1);
+    const auto correction = drive.addAll().window.solve(drive.map, {});
+    ASSERT_TRUE(correction);
+    height[anchor + 1] = correction->moved.back().second.translation().z();
+  }
+  EXPECT_GT(height[0], height[1] + 0.1);
+  EXPECT_LT(std::abs(height[1]), 0.1);
+}
+
+TEST(PoseWindow, TiesFollowTheWindowAndLoopsDoNot) {
+  DriftingDrive drive(10, 12);
+  KeyframeGraph graph = drive.map.keyframes();
+  graph.connect({2, 7, Pose::Identity(), 0.1, 0.01, true});
+  drive.map = Map::restore(drive.poles, graph, {}, 1);
+  const auto correction = drive.addAll().window.solve(drive.map, {});
+  ASSERT_TRUE(correction);
+  drive.map.apply(*correction);
+  const KeyframeGraph& after = drive.map.keyframes();
+  for (const KeyframeEdge& e : after.edges()) {
+    const Pose T_a_b = after.poses()[static_cast<std::size_t>(e.a)].T_map_body.inverse() *
+                       after.poses()[static_cast<std::size_t>(e.b)].T_map_body;
+    EXPECT_EQ(e.T_a_b.isApprox(T_a_b, 1e-9), !e.is_loop) << e.a << " to " << e.b;
+  }
+}
+
 TEST(PoseWindow, ForgetsKeyframesOlderThanTen) {
   DriftingDrive drive(14, 12);
   drive.addAll();
