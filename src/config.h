@@ -55,7 +55,7 @@ struct MapConfig {
 };
 
 struct CorrectionConfig {
-  bool window = true;
+  bool window = false;
   bool em = true;
   int em_points = 8000;
   bool loop_closure = true;

@@ -18,6 +18,9 @@ constexpr std::size_t kMostRecords = 1000;
 constexpr double kSamePlaceShare = 0.2;
 /// 99 % of true ones lie nearer to where the keyframes were (chi, six degrees of freedom).
 constexpr double kMostDeviations = 4.1;
+/// Two loops of one place that agree so well (a share of the gate of alignment, rad) are not both chance. One alone, of
+/// two parts that meet at their rims or slide along a street, was off by a metre.
+constexpr double kAgreeShare = 0.1, kAgreeTurn = 0.0175;
 /// A loop that the pose graph trusts less is none.
 constexpr double kTrusted = 0.5;
 /// What a loop moves by less stays, and is not sent to anyone.
@@ -144,7 +147,7 @@ std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
   descriptors_.resize(map.keyframes().poses().size());
   descriptors_.back() = describePlace(map, here, descriptorRadius(config_));
-  const auto correction = isDue(map) ? finish(map) : std::nullopt;
+  auto correction = isDue(map) ? finish(map) : std::nullopt;
   if (!correction && !pending_.valid()) {
     ask(map);
   }
@@ -155,9 +158,30 @@ std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
   if (!pending_.valid()) {
     return std::nullopt;
   }
-  const Closure closure = pending_.get();
+  Closure closure = pending_.get();
+  if (closure.record.accepted && !isConfirmed(map, closure.loop)) {
+    closure.record.accepted = false;
+    closure.record.reason = "not seen twice yet: " + closure.record.reason;
+  }
   record(closure.record);
   return closure.record.accepted ? std::optional(correctionOf(closure.moves, map, closure.loop)) : std::nullopt;
+}
+
+bool LoopCloser::isConfirmed(const Map& map, const KeyframeEdge& loop) {
+  const auto before = std::exchange(unconfirmed_, loop);
+  if (!before) {
+    return false;
+  }
+  const auto poseOf = [&](KeyframeId id) { return map.keyframes().poses()[static_cast<std::size_t>(id)].T_map_body; };
+  const Pose expected =
+      poseOf(loop.a).inverse() * poseOf(before->a) * before->T_a_b * poseOf(before->b).inverse() * poseOf(loop.b);
+  const Pose off = expected.inverse() * loop.T_a_b;
+  const bool agrees = off.translation().norm() < kAgreeShare * config_.alignment.gate &&
+                      Eigen::AngleAxisd(off.linear()).angle() < kAgreeTurn;
+  if (agrees) {
+    unconfirmed_.reset();
+  }
+  return agrees;
 }
 
 void LoopCloser::record(const LoopRecord& record) {

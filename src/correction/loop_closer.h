@@ -30,7 +30,7 @@ struct LoopRecord {
 };
 
 /// Closes loops: asks at keyframes, lets the question be answered beside the frame work, and makes a correction of what
-/// is accepted. One question at a time.
+/// two answers agree in. One question at a time.
 class LoopCloser {
  public:
   LoopCloser(const Config& config, std::vector<SimilarClasses> similar, LoopTiming timing)
@@ -63,6 +63,8 @@ class LoopCloser {
                        const Config& config);
   void ask(const Map& map);
   void record(const LoopRecord& record);
+  /// Whether an accepted loop says the same as the one before it; if not it waits for the next to say so.
+  bool isConfirmed(const Map& map, const KeyframeEdge& loop);
   bool isDue(const Map& map) const;
 
   Config config_;
@@ -70,6 +72,7 @@ class LoopCloser {
   LoopTiming timing_;
   std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
   std::future<Closure> pending_;
+  std::optional<KeyframeEdge> unconfirmed_;  // accepted, and not yet found a second time
   KeyframeId asked_at_ = -1;
   std::deque<LoopRecord> records_;
   int accepted_ = 0, rejected_ = 0;

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <ranges>
 #include <utility>
 
 namespace hgg {
@@ -79,8 +78,12 @@ LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& 
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   const Vec3 here = poses.back().T_map_body.translation();
   const auto isReached = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
-  if (std::ranges::all_of(std::views::iota(std::size_t{0}, poses.size()), isReached)) {
-    return {};
+  std::size_t reached = 0;
+  while (reached < poses.size() && isReached(reached)) {
+    ++reached;
+  }
+  if (reached == poses.size()) {
+    return {};  // there is nothing to find again
   }
   const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
   LoopCandidate best;

@@ -1,8 +1,8 @@
 #include "correction/pose_window.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
-#include <ranges>
 
 namespace hgg {
 namespace {
@@ -69,7 +69,7 @@ void PoseWindow::leaveBehind(const Map& map, const View& view) {
     before = merge(before, transform(node->T_map_object.inverse() * T_map_body, belief_body));
   }
   std::erase_if(before_, [&](const auto& entry) {
-    return std::ranges::none_of(views_ | std::views::drop(1), [&](const View& v) {
+    return std::none_of(std::next(views_.begin()), views_.end(), [&](const View& v) {
       return std::ranges::any_of(v.seen_body, [&](const auto& seen) { return seen.first == entry.first; });
     });
   });
