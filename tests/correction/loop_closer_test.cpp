@@ -371,9 +371,12 @@ TEST(LoopCloser, APromptAnswerComesAsSoonAsItIsThere) {
   prompt.ask(offset, 1);
   std::optional<MapCorrection> correction;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);  // where nothing comes
-  for (int n = 1; !correction && std::chrono::steady_clock::now() < end; ++n) {
+  for (const int n : {1, 2, 3, 4}) {
     correction = prompt.goOn(n, offset);
-    std::this_thread::yield();
+    while (!correction && prompt.answers() < n / 2 && std::chrono::steady_clock::now() < end) {
+      std::this_thread::yield();
+      correction = prompt.closer.step(prompt.map);  // nothing new, but an answer may have come
+    }
   }
   ASSERT_TRUE(correction) << "never answered";
   EXPECT_EQ(prompt.answers(), 2);
@@ -381,7 +384,7 @@ TEST(LoopCloser, APromptAnswerComesAsSoonAsItIsThere) {
   EXPECT_EQ(correction->moved.size() + 1, prompt.map.keyframes().poses().size()) << "all but the first";
   for (std::size_t k = 0; k < expected->moved.size(); ++k) {  // what both have; younger keyframes go along
     EXPECT_EQ(correction->moved[k].first, expected->moved[k].first);
-    EXPECT_LT((correction->moved[k].second.translation() - expected->moved[k].second.translation()).norm(), 0.1);
+    EXPECT_TRUE(correction->moved[k].second.isApprox(expected->moved[k].second, 1e-9));
   }
   prompt.map.apply(*correction);
   EXPECT_LT(prompt.map.keyframes().poses()[3].T_map_body.translation().norm(), 0.1);
