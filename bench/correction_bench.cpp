@@ -1,6 +1,7 @@
 // What one window and one pose graph cost to solve, and what a closed loop costs the frame it is applied in.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
@@ -166,6 +167,33 @@ void ApplyCorrection(benchmark::State& state) {
     state.ResumeTiming();
   }
 }
+/// What a new keyframe costs a robot that stays in one yard, all of whose keyframes are in reach: 50 to a round, each
+/// tied to the one before it and to the one at its place in the first round.
+void ReachInOneYard(benchmark::State& state) {
+  const auto count = static_cast<KeyframeId>(state.range(0));
+  KeyframeGraph graph;
+  for (KeyframeId k = 0; k < count; ++k) {
+    const double angle = 2 * M_PI * (k % 50) / 50;
+    Pose T = Pose::Identity();
+    T.translation() = 16 * Vec3(std::cos(angle), std::sin(angle), 0);
+    graph.add({k, T});
+    for (const KeyframeId a : {k - 1, k % 50}) {
+      if (a >= 0 && a < k) {
+        const Pose T_a_b = graph.poses()[static_cast<std::size_t>(a)].T_map_body.inverse() * T;
+        graph.connect({a, k, T_a_b, 0.02, 0.0007, false});
+      }
+    }
+  }
+  std::size_t reached = 0;
+  for (auto _ : state) {
+    const std::vector<Drift> drift = graph.driftFrom(graph.last(), 0.5);
+    reached = static_cast<std::size_t>(std::ranges::count_if(drift, [](const Drift& d) { return d.position >= 0; }));
+  }
+  state.counters["reached"] = static_cast<double>(reached);
+  state.counters["map_mb"] = Map::restore({}, std::move(graph), {}, 1).megabytes();
+}
+BENCHMARK(ReachInOneYard)->Arg(10000)->Arg(50000)->Arg(300000)->Unit(benchmark::kMillisecond);
+
 BENCHMARK(ApplyCorrection)->Args({1000, 5})->Args({10000, 5})->Args({10000, 10})->Unit(benchmark::kMillisecond);
 
 BENCHMARK(PoseGraph)->Args({1000, 0})->Args({10000, 0})->Args({10000, 1})->Unit(benchmark::kMillisecond);

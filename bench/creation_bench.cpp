@@ -51,7 +51,7 @@ void RelativeNeighborhood(benchmark::State& state) {
     benchmark::DoNotOptimize(relativeNeighborhood(points));
   }
 }
-BENCHMARK(RelativeNeighborhood)->Arg(20)->Arg(100)->Arg(500)->Arg(2000)->Unit(benchmark::kMicrosecond);
+BENCHMARK(RelativeNeighborhood)->Arg(20)->Arg(100)->Arg(500)->Arg(2000)->Arg(20000)->Unit(benchmark::kMicrosecond);
 
 void CreateLocalGraph(benchmark::State& state) {
   const Frame frame = simulatedFrame(0);

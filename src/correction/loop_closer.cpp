@@ -67,7 +67,7 @@ MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const
 }
 
 /// Whether the pose graph has found poses at all, and believes the newest loop in them.
-bool isBelieved(const PoseGraphSolution& solved) {
+bool isTrusted(const PoseGraphSolution& solved) {
   return std::isfinite(solved.cost_after) && (solved.converged || solved.cost_after < solved.cost_before) &&
          !solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted;
 }
@@ -102,7 +102,7 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
   graph.connect(answer.loop);
   const std::vector<Pose> poses = posesOf(graph);
   const PoseGraphSolution solved = solvePoseGraph(poses, edgesOf(graph));
-  if (isBelieved(solved)) {
+  if (isTrusted(solved)) {
     for (std::size_t k = 0; k < poses.size(); ++k) {
       closure.moves.push_back(orthonormalized(solved.poses[k] * poses[k].inverse()));
     }

@@ -36,8 +36,7 @@ void addMotions(const std::vector<KeyframeEdge>& ties, const std::map<KeyframeId
 }  // namespace
 
 void PoseWindow::add(const Map& map, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
-  const KeyframeGraph& keyframes = map.keyframes();
-  View view{keyframe, alignment.leaf_pairs > 0, {}, keyframes.edgesOf(keyframe)};
+  View view{keyframe, alignment.leaf_pairs > 0, {}, map.keyframes().edgesOf(keyframe)};
   std::erase_if(view.ties, [&](const KeyframeEdge& e) { return e.b != keyframe; });
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
@@ -75,10 +74,7 @@ void PoseWindow::leaveBehind(const Map& map, const View& view) {
   });
 }
 
-std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
-  if (views_.size() < 2 || views_.back().is_held) {
-    return std::nullopt;
-  }
+WindowProblem PoseWindow::problemOf(const Map& map, const Config& config) const {
   WindowProblem problem;
   std::map<KeyframeId, int> index_of;
   std::map<NodeId, int> object_of;
@@ -108,17 +104,24 @@ std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& con
   for (const View& view : views_) {
     addMotions(view.ties, index_of, problem);
   }
+  return problem;
+}
+
+std::optional<MapCorrection> PoseWindow::solve(const Map& map, const Config& config) const {
+  if (views_.size() < 2 || views_.back().is_held) {
+    return std::nullopt;
+  }
   WindowConfig window;
   window.sigma_floor = config.creation.sigma_floor;
   window.noise.uniform_weights = config.ablation.uniform_weights;
-  const WindowSolution solution = solveWindow(problem, window);
+  const WindowSolution solution = solveWindow(problemOf(map, config), window);
   if (!solution.usable || solution.cost_after >= solution.cost_before) {
     return std::nullopt;
   }
   MapCorrection correction;
   correction.is_measured = true;
-  for (const auto& [keyframe, index] : index_of) {
-    correction.moved.emplace_back(keyframe, solution.poses[static_cast<std::size_t>(index)]);
+  for (std::size_t k = 0; k < views_.size(); ++k) {
+    correction.moved.emplace_back(views_[k].keyframe, solution.poses[k]);
   }
   return correction;
 }

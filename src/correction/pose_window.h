@@ -33,6 +33,8 @@ class PoseWindow {
     std::vector<KeyframeEdge> ties;  // to older keyframes, as measured: those of the map follow the window
   };
 
+  /// Needs a view. Its poses are those of the views, in their order.
+  WindowProblem problemOf(const Map& map, const Config& config) const;
   /// Lets what a view says of objects be from before the window.
   void leaveBehind(const Map& map, const View& view);
 

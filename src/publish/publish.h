@@ -5,9 +5,8 @@
 
 namespace hgg {
 
-/// What a step changed: its created, changed, moved and removed nodes, and the edges with an end among the created and
-/// changed ones. What a correction moves, it moves with its surroundings: such edges stay as they were. Edges between
-/// untouched nodes can come and go with a neighbour; completeGraph() carries those.
+/// What a step changed: its created, changed, moved and removed nodes, and the edges with an end among those that are
+/// there. Edges between untouched nodes can come and go with a neighbour; completeGraph() carries those.
 GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report);
 
 /// The whole graph at its present revision, for late joiners. `utime_us` is the time of the newest frame.
