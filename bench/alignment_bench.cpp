@@ -4,7 +4,7 @@
 #include <random>
 
 #include "alignment/align.h"
-#include "alignment/prediction.h"
+#include "alignment/propagation.h"
 #include "creation/object_graph.h"
 #include "mapper.h"
 #include "scan.h"
@@ -56,7 +56,7 @@ Case frameAgainst(std::vector<MapNode> cars) {
   T_wrong.rotate(Eigen::AngleAxisd(0.2 * M_PI / 180, Vec3::UnitZ()));
   Pose T_before = T_wrong;
   T_before.translation().x() -= 1;
-  c.prior = *predictPose({T_before, 1e6 * Mat6::Identity()}, T_before.inverse() * T_wrong, c.config.alignment);
+  c.prior = *propagatePose({T_before, 1e6 * Mat6::Identity()}, T_before.inverse() * T_wrong, c.config.alignment);
   c.local = createLocalGraph(frame, T_wrong, mapper.classes(), c.config);
   return c;
 }
@@ -83,7 +83,7 @@ BENCHMARK(AlignWithObjectsElsewhere)
     ->Arg(100000)
     ->Unit(benchmark::kMillisecond);
 
-/// Objects within the active radius: a crowded place.
+/// Objects within the active radius: a colliding place.
 void AlignWithObjectsAround(benchmark::State& state) {
   alignRepeatedly(state, frameAgainst(carsAround(state.range(0), 5, 95)));
 }

@@ -40,10 +40,10 @@ WindowProblem windowAmongObjects(int poses, int objects, int observations) {
   for (int m = 0; m < poses; ++m) {
     Pose& T = truth[static_cast<std::size_t>(m)];
     T.translation().x() = m;
-    problem.poses.push_back(m == 0 ? T : moved(T, noise(random, 0.05, 0.01)));
+    problem.poses.push_back(m == 0 ? T : retract(T, noise(random, 0.05, 0.01)));
     if (m > 0) {
       const Pose T_a_b = truth[static_cast<std::size_t>(m) - 1].inverse() * T;
-      problem.motions.push_back({m - 1, m, moved(T_a_b, noise(random, 0.02, 0.005)), informationOf(0.02, 0.005)});
+      problem.motions.push_back({m - 1, m, retract(T_a_b, noise(random, 0.02, 0.005)), informationOf(0.02, 0.005)});
     }
   }
   problem.oldest = {problem.poses[0], informationOf(0.01, 0.002)};
@@ -99,7 +99,7 @@ void PoseGraph(benchmark::State& state) {
     Pose T_a_b = Pose::Identity();
     T_a_b.linear() = Eigen::AngleAxisd(pull + normal(random, 0.1), Vec3::UnitZ()).toRotationMatrix();
     T_a_b.translation().x() = 2;
-    const Pose measured = moved(T_a_b, noise(random, 0.02, 0.002));
+    const Pose measured = retract(T_a_b, noise(random, 0.02, 0.002));
     truth.push_back(last * T_a_b);
     drifted.push_back(drifted.back() * measured);
     edges.push_back({k - 1, k, measured, step_information, false});
@@ -110,7 +110,7 @@ void PoseGraph(benchmark::State& state) {
               b = static_cast<int>(random() % static_cast<unsigned>(count));
     const Pose &T_a = truth[static_cast<std::size_t>(a)], &T_b = truth[static_cast<std::size_t>(b)];
     if (b > a + 50 && (T_a.translation() - T_b.translation()).norm() < 5) {
-      edges.push_back({a, b, moved(T_a.inverse() * T_b, noise(random, 0.1, 0.01)), loop_information, true});
+      edges.push_back({a, b, retract(T_a.inverse() * T_b, noise(random, 0.1, 0.01)), loop_information, true});
       ++found;
       if (found % 50 == 0 && state.range(1) != 0) {
         edges.push_back({a, (b + count / 2) % count, Pose::Identity(), loop_information, true});  // a false one
@@ -147,7 +147,7 @@ void ApplyCorrection(benchmark::State& state) {
     Pose T = Pose::Identity();
     T.translation() = Vec3(2 * (k % 250), 8 * (k / 250), 0);
     graph.add({k, T});
-    correction.moved.emplace_back(k, moved(T, noise(random, 0.3, 0.01)));
+    correction.moved.emplace_back(k, retract(T, noise(random, 0.3, 0.01)));
     for (int i = 0; i < state.range(1); ++i) {
       MapNode node;
       node.id = static_cast<NodeId>(nodes.size()) + 1;
@@ -162,7 +162,7 @@ void ApplyCorrection(benchmark::State& state) {
     benchmark::DoNotOptimize(map.apply(correction));
     state.PauseTiming();
     for (auto& [id, T] : correction.moved) {
-      T = moved(T, noise(random, 0.02, 0.001));
+      T = retract(T, noise(random, 0.02, 0.001));
     }
     state.ResumeTiming();
   }

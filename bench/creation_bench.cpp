@@ -3,9 +3,9 @@
 
 #include <random>
 
+#include "core/neighborhood.h"
 #include "creation/cluster.h"
 #include "creation/geometry_graph.h"
-#include "creation/neighborhood.h"
 #include "creation/object_graph.h"
 #include "scan.h"
 

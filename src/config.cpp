@@ -20,6 +20,10 @@ struct KeyDoc {
   const char* text = "";
 };
 
+using NamedCost = std::pair<std::string, PairCost>;
+const NamedCost kPairCosts[] = {
+    {"wasserstein", PairCost::kWasserstein}, {"centroid", PairCost::kCentroid}, {"iou", PairCost::kIou}};
+
 /// The one list of keys. `visit(section, key, member, doc)` is called in the order of the printed file.
 template <typename ConfigType, typename Visitor>
 void visitConfig(ConfigType& c, Visitor&& visit) {
@@ -163,6 +167,7 @@ class Reader {
     return std::is_same_v<T, std::string> ? "a string"
            : std::is_same_v<T, bool>      ? "true or false"
            : std::is_same_v<T, int>       ? "an integer"
+           : std::is_same_v<T, PairCost>  ? "\"wasserstein\", \"centroid\" or \"iou\""
                                           : "a number";
   }
 
@@ -172,6 +177,10 @@ class Reader {
       const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
       member = value ? static_cast<int>(std::clamp<std::int64_t>(*value, INT32_MIN, INT32_MAX)) : member;
       return value.has_value();
+    } else if constexpr (std::is_same_v<T, PairCost>) {
+      const auto* const name = std::ranges::find(kPairCosts, node.value_or(std::string()), &NamedCost::first);
+      member = name != std::end(kPairCosts) ? name->second : member;
+      return name != std::end(kPairCosts);
     } else {
       const auto value = node.is_boolean() == std::is_same_v<T, bool> ? node.value<T>() : std::nullopt;
       member = value.value_or(member);
@@ -206,9 +215,6 @@ std::vector<std::string> crossCheck(const Config& c) {
   }
   if (c.creation.beam_factor * c.creation.beam_spacing_deg > 8) {
     errors.emplace_back("'creation.beam_factor' * 'creation.beam_spacing_deg' must be at most 8 deg");
-  }
-  if (c.ablation.cost != "wasserstein" && c.ablation.cost != "centroid" && c.ablation.cost != "iou") {
-    errors.emplace_back("'ablation.cost' must be \"wasserstein\", \"centroid\" or \"iou\"");
   }
   return errors;
 }
@@ -279,6 +285,8 @@ std::string printConfig(const Config& config) {
     std::string value, about = doc.text;
     if constexpr (std::is_same_v<T, std::string>) {
       value = quoted(member);
+    } else if constexpr (std::is_same_v<T, PairCost>) {
+      value = quoted(std::ranges::find(kPairCosts, member, &NamedCost::second)->first);
     } else {
       value = fmt::format("{}", member);
       about += std::is_same_v<T, bool> ? "" : fmt::format("; {} .. {}", doc.min, doc.max);

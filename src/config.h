@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -62,12 +63,15 @@ struct CorrectionConfig {
   double drift_reach = 0.5;
 };
 
+/// What the cost of a pair of objects is made of; all but the first are ablations.
+enum class PairCost : std::uint8_t { kWasserstein, kCentroid, kIou };
+
 /// Weakened variants that an evaluation compares with; not for a robot.
 struct AblationConfig {
   bool symmetric_merge = false;
   bool odometry_pose = false;
   bool uniform_weights = false;
-  std::string cost = "wasserstein";
+  PairCost cost = PairCost::kWasserstein;
 };
 
 /// Everything a user can set. Defaults live here, their meaning in visitConfig (config.cpp), where the TOML reader, the

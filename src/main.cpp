@@ -16,12 +16,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "alignment/zero_shot.h"
 #include "bus/log.h"
+#include "core/units.h"
 #include "map/export.h"
 #include "map/file.h"
 #include "mapper.h"
 #include "output.h"
+#include "place/zero_shot.h"
 #include "progress_bar.h"
 #include "replay.h"
 #include "run.h"
@@ -73,7 +74,7 @@ void summarise(const Mapper& mapper, const PipelineCounts& counts, const OutputD
   if (c.unknown_labels > 0) {
     fmt::print("  {} points had labels outside the class table and were ignored\n", c.unknown_labels);
   }
-  fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().believedCount(), mapper.map().leafCount(),
+  fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().confirmedCount(), mapper.map().leafCount(),
              mapper.map().megabytes(), out.path("map.hgg"));
 }
 
@@ -190,7 +191,7 @@ int info(const Options& o) {
   std::map<ClassId, Row> rows;
   Eigen::AlignedBox3d box;
   for (const auto& [id, node] : map.nodes()) {
-    if (!isBelieved(node)) {
+    if (!isConfirmed(node)) {
       continue;
     }
     Row& row = rows[node.label];
@@ -199,7 +200,7 @@ int info(const Options& o) {
   }
   fmt::print(
       "{}: {} objects (and {} candidates), {} leaves, {} edges, {} keyframes, revision {}, {:.1f} MB in memory\n",
-      o.map, map.believedCount(), map.nodes().size() - map.believedCount(), map.leafCount(), stored->edges.size(),
+      o.map, map.confirmedCount(), map.nodes().size() - map.confirmedCount(), map.leafCount(), stored->edges.size(),
       map.keyframes().poses().size(), map.revision(), map.megabytes());
   if (!map.keyframes().poses().empty()) {
     fmt::print("time  {:.3f} .. {:.3f} s\n", static_cast<double>(map.keyframes().poses().front().utime_us) * 1e-6,
@@ -249,7 +250,7 @@ std::string describe(const ZeroShot& z) {
       "{}: {}\nscore {:.1f}, threshold {:.1f}, best place elsewhere {:.1f}\n"
       "T_a_b: x {:.3f} y {:.3f} z {:.3f} m, yaw {:.2f} deg, tilt {:.2f} deg; {} pairs of things (--json lists them)",
       z.accepted ? "accepted" : "refused", z.reason, z.score, z.threshold, z.runner_up, t.x(), t.y(), t.z(),
-      yaw * 180 / M_PI, tilt * 180 / M_PI, z.pairs.size());
+      yaw / kDegree, tilt / kDegree, z.pairs.size());
 }
 
 int alignStored(const Options& o) {

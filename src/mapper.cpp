@@ -9,8 +9,8 @@
 #include <utility>
 
 #include "alignment/align.h"
-#include "alignment/prediction.h"
-#include "core/so3.h"
+#include "alignment/propagation.h"
+#include "core/se3.h"
 #include "creation/object_graph.h"
 #include "map/class_evidence.h"
 #include "map/fuse.h"
@@ -102,12 +102,13 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
   map_.setTileSize(config_.creation.tile_size);
   if (config_.correction.loop_closure) {
     loops_.start(map_);
-    map_.setReach(config_.correction.drift_reach);
+    map_.setDriftReach(config_.correction.drift_reach);
   }
 }
 
 std::optional<PoseBelief> Mapper::predict(const Pose& T_odom_body) const {
-  return last_ ? predictPose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment) : std::nullopt;
+  return last_ ? propagatePose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment)
+               : std::nullopt;
 }
 
 StepReport Mapper::step(const Frame& frame) {
@@ -136,7 +137,7 @@ StepReport Mapper::step(const Frame& frame) {
   report.T_map_body = last_->pose.T_map_body;
   report.keyframe = map_.keyframes().last();
   report.T_keyframe_body = map_.keyframes().poses().back().T_map_body.inverse() * report.T_map_body;
-  report.alignment = alignment.reason;
+  report.source = alignment.source;
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
   report.T_map_odom = T_map_odom_;
   report.points = local.points.size();
@@ -149,8 +150,8 @@ void Mapper::finish() {
   if (const auto correction = loops_.finish(map_)) {
     carryOut(*correction);
   }
-  while (!overlaid_.empty()) {
-    mergeOverlaid({});
+  while (!pending_merges_.empty()) {
+    mergePending({});
   }
 }
 
@@ -162,11 +163,11 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
   ++frames_;
   travel_ = travelOn(travel_, T_last_body, alignment, is_jump, config_);
   if (map_.keyframes().needsOne(T_map_body)) {
-    update.ties = tiesOf(T_map_body, map_, local, alignment, travel_, config_);
+    update.constraints = betweenConstraints(T_map_body, map_, local, alignment, travel_, config_);
     travel_ = {};
   }
   last_ = {alignment.pose, frame.T_odom_body};
-  return mergeOverlaid(map_.apply(std::move(update)));
+  return mergePending(map_.apply(std::move(update)));
 }
 
 MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
@@ -194,15 +195,15 @@ MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
   return delta;
 }
 
-MapDelta Mapper::mergeOverlaid(MapDelta delta) {
+MapDelta Mapper::mergePending(MapDelta delta) {
   std::vector<NodeId> found, waiting;
-  std::ranges::set_union(delta.woken, delta.crowded, std::back_inserter(found));
-  std::ranges::set_union(overlaid_, found, std::back_inserter(waiting));
+  std::ranges::set_union(delta.reactivated, delta.colliding, std::back_inserter(found));
+  std::ranges::set_union(pending_merges_, found, std::back_inserter(waiting));
   if (waiting.empty()) {
     return delta;
   }
   const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostMerged));
-  overlaid_.assign(rest, waiting.end());
+  pending_merges_.assign(rest, waiting.end());
   waiting.erase(rest, waiting.end());
   MapUpdate merged = mergeDuplicates(map_, waiting, classes_, config_);
   return joined(std::move(delta), map_.apply(std::move(merged)));
@@ -210,7 +211,7 @@ MapDelta Mapper::mergeOverlaid(MapDelta delta) {
 
 MapDelta Mapper::carryOut(const MapCorrection& correction) {
   const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
-  MapDelta delta = mergeOverlaid(map_.apply(correction));
+  MapDelta delta = mergePending(map_.apply(correction));
   const Pose move = orthonormalized(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
   PoseBelief& pose = last_->pose;
   pose.T_map_body = orthonormalized(move * pose.T_map_body);
@@ -223,7 +224,7 @@ MapDelta Mapper::carryOut(const MapCorrection& correction) {
 std::vector<Edge> Mapper::edges() const {
   std::vector<NodeId> ids;
   for (const auto& [id, node] : map_.nodes()) {
-    if (isBelieved(node)) {
+    if (isConfirmed(node)) {
       ids.push_back(id);
     }
   }
@@ -231,7 +232,7 @@ std::vector<Edge> Mapper::edges() const {
 }
 
 std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
-  const auto isDoubted = [&](NodeId id) { return !isBelieved(*map_.find(id)); };
+  const auto isDoubted = [&](NodeId id) { return !isConfirmed(*map_.find(id)); };
   std::erase_if(ids, isDoubted);
   if (ids.empty()) {
     return {};
@@ -244,7 +245,7 @@ std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
   for (const NodeId id : ids) {
     reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
   }
-  std::vector<NodeId> around = map_.nearActiveOrNot(centre, reach + config_.creation.tile_size);
+  std::vector<NodeId> around = map_.nearAnywhere(centre, reach + config_.creation.tile_size);
   std::erase_if(around, isDoubted);
   std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
   std::erase_if(edges, [&](const Edge& e) {

@@ -5,12 +5,12 @@
 #include <utility>
 #include <vector>
 
-#include "alignment/registration.h"
 #include "config.h"
+#include "core/se3.h"
+#include "correction/between.h"
 #include "correction/geometry_window.h"
 #include "correction/loop_closer.h"
 #include "correction/pose_window.h"
-#include "correction/ties.h"
 #include "frame/frame.h"
 #include "map/map.h"
 
@@ -23,9 +23,9 @@ struct StepReport {
   Pose T_map_odom = Pose::Identity();
   Pose T_keyframe_body = Pose::Identity();  // in the frame of `keyframe`
   MapDelta delta;                           // of the step as a whole
-  std::string alignment;                    // how the pose came about: "aligned", "degenerate" or "odometry"
-  int degenerate = 0;                       // directions in which it is odometry's
-  KeyframeId keyframe = -1;                 // the pose moves with this one
+  PoseSource source = PoseSource::kOdometry;
+  int degenerate = 0;                                    // directions in which it is odometry's
+  KeyframeId keyframe = -1;                              // the pose moves with this one
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
   std::size_t points = 0;                                // kept points
   std::size_t unknown_labels = 0;                        // points with a label outside the class table
@@ -67,8 +67,8 @@ class Mapper {
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
   /// Correction at a new keyframe.
   MapDelta correct(const LocalGraph& local, const Alignment& alignment);
-  /// Merges what may have come to lie on something else: a few at a time, however much a loop has woken.
-  MapDelta mergeOverlaid(MapDelta delta);
+  /// Merges what may have come to lie on something else: a few at a time, however much a loop has reactivated.
+  MapDelta mergePending(MapDelta delta);
   /// Applies a correction; the present pose goes with the last keyframe.
   MapDelta carryOut(const MapCorrection& correction);
 
@@ -80,9 +80,9 @@ class Mapper {
   LoopCloser loops_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;
-  Travel travel_;                 // since the last keyframe
-  int frames_ = 0;                // since the last keyframe
-  std::vector<NodeId> overlaid_;  // still to be merged, ascending
+  Travel travel_;                       // since the last keyframe
+  int frames_ = 0;                      // since the last keyframe
+  std::vector<NodeId> pending_merges_;  // still to be merged, ascending
 };
 
 }  // namespace hgg

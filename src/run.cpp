@@ -61,7 +61,7 @@ FrameTiming Reporter::frame(const StepReport& report, FrameTiming timing) {
   timing.frame_ms += publish_ms;
   last_utime_us_ = report.utime_us;
   last_timing_ = timing;
-  last_alignment_ = report.alignment;
+  last_alignment_ = nameOf(report.source);
   last_degenerate_ = report.degenerate;
   return timing;
 }

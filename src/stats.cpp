@@ -126,8 +126,8 @@ std::string RunStats::json(const RunCounters& c, const Map& map, const LoopClose
   }
   j["peak_rss_mb"] = std::round(peakResidentMegabytes() * 10) / 10;
   j["map_mb"] = std::round(map.megabytes() * 1000) / 1000;
-  j["objects"] = map.believedCount();
-  j["candidates"] = map.nodes().size() - map.believedCount();
+  j["objects"] = map.confirmedCount();
+  j["candidates"] = map.nodes().size() - map.confirmedCount();
   j["leaves"] = map.leafCount();
   j["keyframes"] = map.keyframes().poses().size();
   j["loops_accepted"] = loops.accepted();

@@ -122,7 +122,7 @@ TEST(ParseConfig, ListsEveryUnknownKeyAndBadValueAtOnceWithItsLine) {
 TEST(ParseConfig, SwitchesAreTrueOrFalseAndNothingElse) {
   EXPECT_TRUE(parseConfig("[ablation]\nsymmetric_merge = true\n", "f")->ablation.symmetric_merge);
   EXPECT_FALSE(parseConfig("[ablation]\nsymmetric_merge = false\n", "f")->ablation.symmetric_merge);
-  EXPECT_EQ(parseConfig("[ablation]\ncost = \"iou\"\n", "f")->ablation.cost, "iou");
+  EXPECT_EQ(parseConfig("[ablation]\ncost = \"iou\"\n", "f")->ablation.cost, PairCost::kIou);
   EXPECT_TRUE(has(complaints("[ablation]\ncost = \"overlap\"\n"), "'ablation.cost' must be"));
   for (const char* value : {"1", "\"true\"", "0.5", "[]"}) {
     EXPECT_TRUE(has(complaints(std::string("[ablation]\nsymmetric_merge = ") + value),

@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-#include "creation/neighborhood.h"
+#include "core/neighborhood.h"
 #include "map/file.h"
 #include "test_scene.h"
 

@@ -7,12 +7,12 @@
 #include <tuple>
 #include <vector>
 
+#include "core/units.h"
 #include "map/test_map.h"
 
 namespace hgg {
 
 constexpr ClassId kChair = 10, kTable = 11, kLamp = 12, kWall = 1, kFloor = 2;
-constexpr double kDegree = M_PI / 180;
 inline const std::map<ClassId, std::string> kNames{
     {kChair, "chair"}, {kTable, "table"}, {kLamp, "lamp"}, {kWall, "wall"}, {kFloor, "floor"}};
 

@@ -70,7 +70,7 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
     const MapNode& node = *nodes[p];
     const Belief seen = transform(object.T_body_object, object.leaves[static_cast<std::size_t>(match.local)]);
     const Belief known = transform(node.T_map_object, unpackLeaf(node.leaves[static_cast<std::size_t>(match.map)]));
-    gaussians.push_back({seen.mean, loosened(seen.cov), known.mean, loosened(known.cov)});
+    gaussians.push_back({seen.mean, regularized(seen.cov), known.mean, regularized(known.cov)});
   }
   return gaussians;
 }
@@ -101,7 +101,19 @@ Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
 
 }  // namespace
 
-Mat3 loosened(const Mat3& cov) {
+const char* nameOf(PoseSource source) {
+  switch (source) {
+    case PoseSource::kAligned:
+      return "aligned";
+    case PoseSource::kDegenerate:
+      return "degenerate";
+    case PoseSource::kOdometry:
+      return "odometry";
+  }
+  return "";
+}
+
+Mat3 regularized(const Mat3& cov) {
   const Eigen3 e = eigenSymmetric(withFloor(cov, kLeafNoise));
   Vec3 variances;
   for (int k = 0; k < 3; ++k) {
@@ -116,7 +128,7 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   alignment.pairs = coarseCorrespondence(local, map, prior.T_map_body, config);
   if (config.ablation.odometry_pose) {
     alignment.pose = prior;
-    alignment.reason = "odometry";
+    alignment.source = PoseSource::kOdometry;
     return alignment;
   }
   auto objects = objectGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
@@ -128,10 +140,13 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
                         kRobustScale);
   alignment.leaf_pairs = leaves.size();
   const Split split = splitDirections(found.information, prior.information);
-  alignment.pose.T_map_body = moved(prior.T_map_body, split.kept * poseDifference(found.T_map_body, prior.T_map_body));
+  alignment.pose.T_map_body =
+      retract(prior.T_map_body, split.kept * localCoordinates(found.T_map_body, prior.T_map_body));
   alignment.pose.information = prior.information + split.information;
   alignment.degenerate_directions = split.degenerate;
-  alignment.reason = alignment.leaf_pairs == 0 ? "odometry" : split.degenerate.empty() ? "aligned" : "degenerate";
+  alignment.source = alignment.leaf_pairs == 0  ? PoseSource::kOdometry
+                     : split.degenerate.empty() ? PoseSource::kAligned
+                                                : PoseSource::kDegenerate;
   return alignment;
 }
 

@@ -6,7 +6,7 @@
 #include "alignment/assignment.h"
 #include "alignment/pair_cost.h"
 #include "alignment/structure.h"
-#include "creation/neighborhood.h"
+#include "core/neighborhood.h"
 
 namespace hgg {
 namespace {

@@ -22,10 +22,10 @@ double intersectionOverUnion(const Eigen::AlignedBox3d& a, const Eigen::AlignedB
 }  // namespace
 
 double pairCost(const Belief& seen, const Belief& known, const Config& config) {
-  if (config.ablation.cost == "centroid") {
+  if (config.ablation.cost == PairCost::kCentroid) {
     return (seen.mean - known.mean).norm();
   }
-  if (config.ablation.cost == "iou") {
+  if (config.ablation.cost == PairCost::kIou) {
     const double floor = config.creation.sigma_floor, share = config.alignment.geometry_share;
     const double apart = 1 - intersectionOverUnion(boxOf(seen, floor), boxOf(known, floor));
     return apart * config.alignment.gate / (share > 0 ? share : 1);

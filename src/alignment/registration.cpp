@@ -62,14 +62,14 @@ RegistrationSystem derivatives(const Terms& terms, double c2) {
 }
 
 double priorCost(const PoseBelief& prior, const Pose& T) {
-  const Vec6 xi = poseDifference(T, prior.T_map_body);
+  const Vec6 xi = localCoordinates(T, prior.T_map_body);
   return xi.dot(prior.information * xi);
 }
 
 /// Adds the prior's derivatives to those of the pairs.
 RegistrationSystem withPrior(const RegistrationSystem& of_pairs, double weight, const PoseBelief& prior,
                              const Pose& T) {
-  const Vec6 xi = poseDifference(T, prior.T_map_body);
+  const Vec6 xi = localCoordinates(T, prior.T_map_body);
   Mat6 J = Mat6::Identity();
   J.bottomRightCorner<3, 3>() = inverseLeftJacobian(xi.tail<3>());
   return {0, weight * of_pairs.gradient + 2 * J.transpose() * prior.information * xi,
@@ -85,19 +85,6 @@ Vec6 dampedStep(const RegistrationSystem& system, double damping) {
 }
 
 }  // namespace
-
-Vec6 poseDifference(const Pose& T, const Pose& T_0) {
-  Vec6 xi;
-  xi << T.translation() - T_0.translation(), logRotation(T.linear() * T_0.linear().transpose());
-  return xi;
-}
-
-Pose moved(const Pose& T, const Vec6& tangent) {
-  Pose out = T;
-  out.linear() = Eigen::Quaterniond(expRotation(tangent.tail<3>()) * T.linear()).normalized().toRotationMatrix();
-  out.translation() += tangent.head<3>();
-  return out;
-}
 
 double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body) {
   double cost = 0;
@@ -128,7 +115,7 @@ Registration registerPairs(std::span<const GaussianPair> pairs, double weight, c
   double damping = 1e-6;
   for (int k = 0; k < kMaxIterations && !result.converged; ++k) {
     const Vec6 step = dampedStep(withPrior(of_pairs, weight, prior, result.T_map_body), damping);
-    const Pose T = moved(result.T_map_body, step);
+    const Pose T = retract(result.T_map_body, step);
     fillTerms(pairs, T, terms);
     const double next_cost = weight * robustCost(terms, c2) + priorCost(prior, T);
     if (next_cost > cost) {

@@ -3,12 +3,10 @@
 #include <span>
 #include <vector>
 
+#include "core/se3.h"
 #include "core/types.h"
 
 namespace hgg {
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-using Mat6 = Eigen::Matrix<double, 6, 6>;
 
 /// A Gaussian of the frame (body frame) and the one of the map (map frame) it stands for. Covariances are
 /// positive-definite (floored), m^2.
@@ -18,18 +16,6 @@ struct GaussianPair {
   Vec3 mean_map = Vec3::Zero();
   Mat3 cov_map = Mat3::Identity();
 };
-
-/// A pose with its uncertainty. The tangent is (translation in the map frame, rotation vector in the map frame about
-/// the body's origin): T = (Exp(w) R, t + v).
-struct PoseBelief {
-  Pose T_map_body = Pose::Identity();
-  Mat6 information = Mat6::Zero();
-};
-
-/// (v, w) with T = (Exp(w) R_0, t_0 + v).
-Vec6 poseDifference(const Pose& T, const Pose& T_0);
-/// The pose (Exp(w) R, t + v) for a tangent (v, w).
-Pose moved(const Pose& T, const Vec6& tangent);
 
 /// eq. co_reg, summed over node and edge pairs alike: sum of |R mu_i + t - mu_j|^2 under (Sigma_j + R Sigma_i R^T)^-1.
 double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body);

@@ -27,10 +27,4 @@ Mat3 inverseLeftJacobian(const Vec3& w) {
   return Mat3::Identity() - 0.5 * W + k * W * W;
 }
 
-Pose orthonormalized(const Pose& T) {
-  Pose rigid = T;
-  rigid.linear() = Eigen::Quaterniond(T.linear()).normalized().toRotationMatrix();
-  return rigid;
-}
-
 }  // namespace hgg

@@ -14,8 +14,4 @@ Vec3 logRotation(const Mat3& R);
 /// Derivative of the rotation vector of Exp(w') Exp(w) by w' at 0: the inverse of the left Jacobian of SO(3).
 Mat3 inverseLeftJacobian(const Vec3& w);
 
-/// The rigid transform that a product of many has strayed from by rounding: inverses by transposition, multiplied on,
-/// would let that grow without bound.
-Pose orthonormalized(const Pose& T);
-
 }  // namespace hgg

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/spd.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
@@ -40,7 +41,7 @@ std::vector<Density> densitiesOf(std::span<const Belief> leaves, double lambda) 
     const double log_weight = leaf.kappa > 0 ? std::log(leaf.kappa / total) : -std::numeric_limits<double>::infinity();
     densities.push_back({leaf.mean, variances.cwiseSqrt().cwiseInverse().asDiagonal() * e.vectors.transpose(),
                          (e.vectors.cwiseAbs2() * variances).cwiseSqrt(),
-                         log_weight - 0.5 * (variances.array() * (2 * M_PI)).log().sum(),
+                         log_weight - 0.5 * (variances.array() * (kTau)).log().sum(),
                          -0.5 * lambda * variances.cwiseInverse().sum()});
   }
   return densities;

@@ -89,7 +89,7 @@ class PosePriorFactor : public ceres::SizedCostFunction<6, kPoseSize> {
   explicit PosePriorFactor(const PoseBelief& prior) : T_(prior.T_map_body), root_(rootOf(prior.information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
-    const Vec6 difference = poseDifference(poseOf(parameters[0]), T_);
+    const Vec6 difference = localCoordinates(poseOf(parameters[0]), T_);
     Eigen::Map<Vec6>(residuals, 6) = root_ * difference;
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       const Mat6x3 by_turn = root_.rightCols<3>() * inverseLeftJacobian(difference.tail<3>());
@@ -245,7 +245,7 @@ bool PoseManifold::PlusJacobian(const double* x, double* jacobian) const {
 }
 
 bool PoseManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Eigen::Map<Vec6>(y_minus_x, 6) = poseDifference(poseOf(y), poseOf(x));
+  Eigen::Map<Vec6>(y_minus_x, 6) = localCoordinates(poseOf(y), poseOf(x));
   return true;
 }
 

@@ -8,17 +8,17 @@
 #include <array>
 #include <memory>
 
-#include "alignment/registration.h"
+#include "core/se3.h"
 #include "correction/observation.h"
 
 namespace hgg {
 
 /// Factors of the correction (eqs fgo, odom_res, obj_res) for Ceres, with analytic derivatives.
 ///
-/// A pose block is t (3, m) and the unit quaternion x y z w (4) of T_map_body; its tangent is the (v, w) of moved() and
-/// poseDifference(): T = (Exp(w) R, t + v), both in the map frame. Derivatives are exact by the tangent. Those by the
-/// seven numbers, which Ceres asks for, are the tangent's times the manifold's minus Jacobian, so that times the plus
-/// Jacobian they are the tangent's again.
+/// A pose block is t (3, m) and the unit quaternion x y z w (4) of T_map_body; its tangent is the (v, w) of retract()
+/// and localCoordinates(): T = (Exp(w) R, t + v), both in the map frame. Derivatives are exact by the tangent. Those by
+/// the seven numbers, which Ceres asks for, are the tangent's times the manifold's minus Jacobian, so that times the
+/// plus Jacobian they are the tangent's again.
 ///
 /// An object block is mu (3, m) and L = log Sigma (6: entries 00 11 22 01 02 12), both in the map frame. It is one
 /// block, since the Schur complement can only eliminate objects whose blocks share no factor.
@@ -38,10 +38,10 @@ class PoseManifold : public ceres::Manifold {
  public:
   int AmbientSize() const override { return kPoseSize; }
   int TangentSize() const override { return 6; }
-  /// moved()
+  /// retract()
   bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
   bool PlusJacobian(const double* x, double* jacobian) const override;  // 7x6, row-major
-  /// poseDifference()
+  /// localCoordinates()
   bool Minus(const double* y, const double* x, double* y_minus_x) const override;
   bool MinusJacobian(const double* x, double* jacobian) const override;  // 6x7, row-major
 };
@@ -61,11 +61,11 @@ class ScalingLoss : public ceres::LossFunction {
   double phi_;
 };
 
-/// eq. odom_res on pose blocks (a, b): information^(1/2) poseDifference(T_a^-1 T_b, measured), 6 residuals. Their
+/// eq. odom_res on pose blocks (a, b): information^(1/2) localCoordinates(T_a^-1 T_b, measured), 6 residuals. Their
 /// tangent, which is the information's too, is (translation, rotation vector) in frame a about b's origin.
 std::unique_ptr<ceres::CostFunction> relativePoseFactor(const Pose& T_a_b, const Mat6& information);
 
-/// information^(1/2) poseDifference(T, prior) on a pose block, 6 residuals in the map frame.
+/// information^(1/2) localCoordinates(T, prior) on a pose block, 6 residuals in the map frame.
 std::unique_ptr<ceres::CostFunction> posePriorFactor(const PoseBelief& prior);
 
 /// eq. obj_res on (pose block, object block): 9 residuals, r_mu times the root of the mean's information, r_Sigma times

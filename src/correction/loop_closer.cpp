@@ -6,7 +6,7 @@
 #include <exception>
 #include <utility>
 
-#include "core/so3.h"
+#include "core/se3.h"
 #include "correction/pose_graph.h"
 
 namespace hgg {
@@ -29,7 +29,7 @@ constexpr double kStill = 1e-4, kStillTurn = 1e-6;  // m, rad
 std::vector<PoseGraphEdge> edgesOf(const KeyframeGraph& graph) {
   std::vector<PoseGraphEdge> edges;
   edges.reserve(graph.edges().size() + 1);
-  for (const KeyframeEdge& e : graph.edges()) {
+  for (const BetweenConstraint& e : graph.edges()) {
     PoseGraphEdge edge{e.a, e.b, e.T_a_b, Mat6::Zero(), e.is_loop};
     edge.information.diagonal() << Vec3::Constant(1 / (e.sigma * e.sigma)),
         Vec3::Constant(1 / (e.sigma_turn * e.sigma_turn));
@@ -49,12 +49,12 @@ std::vector<Pose> posesOf(const KeyframeGraph& graph) {
 
 bool isElsewhere(const Pose& a, const Pose& b) {
   const Pose off = a.inverse() * b;
-  return off.translation().norm() > kStill || Eigen::AngleAxisd(off.linear()).angle() > kStillTurn;
+  return off.translation().norm() > kStill || turnOf(off) > kStillTurn;
 }
 
 /// Brings the keyframes there are now to where a loop moves them. They may have been moved otherwise since it was
 /// asked.
-MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const KeyframeEdge& loop) {
+MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const BetweenConstraint& loop) {
   MapCorrection correction{{}, {loop}};
   const std::vector<TimedPose>& now = map.keyframes().poses();
   for (std::size_t k = 0; k < now.size(); ++k) {
@@ -81,9 +81,9 @@ LoopRecord notLookedAt(Micros before_us, Micros now_us, const std::exception& er
 
 }  // namespace
 
-LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGraph graph,
+LoopCloser::Closure LoopCloser::close(const LoopCandidate& question, KeyframeGraph graph,
                                       const std::vector<SimilarClasses>& similar, const Config& config) {
-  const LoopAnswer answer = verifyLoop(question, similar, config);
+  const LoopVerification answer = verifyLoop(question, similar, config);
   Closure closure{answer.loop, {}, {}};
   closure.record = {question.keyframe_before.utime_us,
                     question.keyframe_now.utime_us,
@@ -113,7 +113,7 @@ LoopCloser::Closure LoopCloser::close(const LoopQuestion& question, KeyframeGrap
   return closure;
 }
 
-LoopCloser::Closure LoopCloser::closeSafely(const LoopQuestion& question, KeyframeGraph graph,
+LoopCloser::Closure LoopCloser::closeSafely(const LoopCandidate& question, KeyframeGraph graph,
                                             const std::vector<SimilarClasses>& similar, const Config& config) {
   try {
     return close(question, std::move(graph), similar, config);
@@ -167,7 +167,7 @@ std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
   return closure.record.accepted ? std::optional(correctionOf(closure.moves, map, closure.loop)) : std::nullopt;
 }
 
-bool LoopCloser::isConfirmed(const Map& map, const KeyframeEdge& loop) {
+bool LoopCloser::isConfirmed(const Map& map, const BetweenConstraint& loop) {
   const auto before = std::exchange(unconfirmed_, loop);
   if (!before) {
     return false;
@@ -176,8 +176,7 @@ bool LoopCloser::isConfirmed(const Map& map, const KeyframeEdge& loop) {
   const Pose expected =
       poseOf(loop.a).inverse() * poseOf(before->a) * before->T_a_b * poseOf(before->b).inverse() * poseOf(loop.b);
   const Pose off = expected.inverse() * loop.T_a_b;
-  const bool agrees = off.translation().norm() < kAgreeShare * config_.alignment.gate &&
-                      Eigen::AngleAxisd(off.linear()).angle() < kAgreeTurn;
+  const bool agrees = off.translation().norm() < kAgreeShare * config_.alignment.gate && turnOf(off) < kAgreeTurn;
   if (agrees) {
     unconfirmed_.reset();
   }

@@ -24,7 +24,7 @@ struct LoopRecord {
   Micros before_us = 0, now_us = 0;  // of the two keyframes
   bool accepted = false;
   double score = 0;       // nats, of the alignment
-  double deviations = 0;  // LoopAnswer
+  double deviations = 0;  // LoopVerification
   Pose T_before_now = Pose::Identity();
   std::string reason;
 };
@@ -51,20 +51,20 @@ class LoopCloser {
 
  private:
   struct Closure {
-    KeyframeEdge loop;
+    BetweenConstraint loop;
     LoopRecord record;
     std::vector<Pose> moves;  // T_map_map of the keyframes there were when it was asked; empty unless accepted
   };
 
   /// What goes wrong in it (memory, a solver) costs the loop, not the drive.
-  static Closure closeSafely(const LoopQuestion& question, KeyframeGraph graph,
+  static Closure closeSafely(const LoopCandidate& question, KeyframeGraph graph,
                              const std::vector<SimilarClasses>& similar, const Config& config);
-  static Closure close(const LoopQuestion& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
+  static Closure close(const LoopCandidate& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
                        const Config& config);
   void ask(const Map& map);
   void record(const LoopRecord& record);
   /// Whether an accepted loop says the same as the one before it; if not it waits for the next to say so.
-  bool isConfirmed(const Map& map, const KeyframeEdge& loop);
+  bool isConfirmed(const Map& map, const BetweenConstraint& loop);
   bool isDue(const Map& map) const;
 
   Config config_;
@@ -72,7 +72,7 @@ class LoopCloser {
   LoopTiming timing_;
   std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
   std::future<Closure> pending_;
-  std::optional<KeyframeEdge> unconfirmed_;  // accepted, and not yet found a second time
+  std::optional<BetweenConstraint> unconfirmed_;  // accepted, and not yet found a second time
   KeyframeId asked_at_ = -1;
   std::deque<LoopRecord> records_;
   int accepted_ = 0, rejected_ = 0;

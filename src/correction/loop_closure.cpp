@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
+
+#include "core/se3.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 constexpr std::size_t kDistanceBins = 8;
 constexpr std::size_t kMostThings = 60;  // of a place; the nearest
 
@@ -28,7 +29,7 @@ std::vector<const MapNode*> thingsAround(const Map& map, const Vec3& centre, dou
   std::vector<std::pair<double, const MapNode*>> found;
   for (const NodeId id : map.near(centre, radius)) {
     const MapNode& node = *map.find(id);
-    if (!node.stuff && isBelieved(node)) {
+    if (!node.stuff && isConfirmed(node)) {
       found.emplace_back((node.belief.mean - centre).norm(), &node);
     }
   }
@@ -51,7 +52,7 @@ double partRadius(const Config& config) { return kPartShare * config.map.active_
 /// A map of its own of the nodes that lie around a place.
 Map partOf(const Map& map, const Vec3& centre, double radius, bool active) {
   std::vector<MapNode> nodes;
-  for (const NodeId id : map.nearActiveOrNot(centre, radius)) {
+  for (const NodeId id : map.nearAnywhere(centre, radius)) {
     const MapNode& node = *map.find(id);
     if (map.isActive(node) == active) {
       nodes.push_back(node);
@@ -63,18 +64,18 @@ Map partOf(const Map& map, const Vec3& centre, double radius, bool active) {
 
 bool hasThings(const Map& part) {
   return std::ranges::count_if(part.nodes(), [](const auto& entry) {
-           return !entry.second.stuff && isBelieved(entry.second);
+           return !entry.second.stuff && isConfirmed(entry.second);
          }) >= static_cast<std::ptrdiff_t>(kFewestThings);
 }
 
 /// A keyframe out of reach that may show where the last one is.
-struct LoopCandidate {
+struct RankedKeyframe {
   KeyframeId id = -1;
   double score = -1;
   Drift drift;
 };
 
-LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors, const Config& config) {
+RankedKeyframe bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors, const Config& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   const Vec3 here = poses.back().T_map_body.translation();
   const auto isReached = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
@@ -86,7 +87,7 @@ LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& 
     return {};  // there is nothing to find again
   }
   const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
-  LoopCandidate best;
+  RankedKeyframe best;
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     const double distance = (poses[k].T_map_body.translation() - here).norm();
     const double allowed = kDriftBound * drift[k].position + kPassShare * config.map.active_radius;
@@ -104,10 +105,10 @@ LoopCandidate bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& 
 }
 
 /// How far the keyframes lie from where a loop has them, as a norm that has six degrees of freedom.
-double deviationsOf(const LoopQuestion& q, const KeyframeEdge& loop) {
+double deviationsOf(const LoopCandidate& q, const BetweenConstraint& loop) {
   const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * q.keyframe_now.T_map_body;
   const Pose off = loop.T_a_b.inverse() * T_before_now;
-  const double turn = Eigen::AngleAxisd(off.linear()).angle();
+  const double turn = turnOf(off);
   return std::hypot(off.translation().norm() / std::hypot(q.drift.position, loop.sigma),
                     turn / std::hypot(q.drift.turn, loop.sigma_turn));
 }
@@ -146,13 +147,13 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b) {
 
 double descriptorRadius(const Config& config) { return kDescriptorShare * config.map.active_radius; }
 
-std::optional<LoopQuestion> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                              const Config& config) {
-  const LoopCandidate best = bestCandidate(map, descriptors, config);
+std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                               const Config& config) {
+  const RankedKeyframe best = bestCandidate(map, descriptors, config);
   if (best.id < 0) {
     return std::nullopt;
   }
-  LoopQuestion question;
+  LoopCandidate question;
   question.before_id = best.id, question.now_id = map.keyframes().last();
   question.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(best.id)];
   question.keyframe_now = map.keyframes().poses().back();
@@ -167,8 +168,8 @@ std::optional<LoopQuestion> findLoopCandidate(const Map& map, const std::vector<
   return hasThings(question.before) && hasThings(question.now) ? std::optional(std::move(question)) : std::nullopt;
 }
 
-LoopAnswer verifyLoop(const LoopQuestion& q, std::span<const SimilarClasses> similar, const Config& config) {
-  LoopAnswer answer;
+LoopVerification verifyLoop(const LoopCandidate& q, std::span<const SimilarClasses> similar, const Config& config) {
+  LoopVerification answer;
   answer.alignment = alignMaps(q.before, q.now, similar, q.prior);
   const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * answer.alignment.T_a_b * q.keyframe_now.T_map_body;
   answer.loop = {q.before_id, q.now_id, T_before_now, kLoopSigmaShare * config.map.leaf_size, kLoopTurn, true};

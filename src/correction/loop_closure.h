@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "alignment/zero_shot.h"
 #include "config.h"
 #include "map/map.h"
+#include "place/zero_shot.h"
 
 namespace hgg {
 
@@ -24,7 +24,7 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b);
 
 /// Two parts of the map that may show one place: what the robot is in, and what it left so long ago that it may have
 /// drifted from it. Holds copies, so that it can be answered beside the frame work.
-struct LoopQuestion {
+struct LoopCandidate {
   Map before, now;
   TimedPose keyframe_before, keyframe_now;
   KeyframeId before_id = 0, now_id = 0;
@@ -33,18 +33,19 @@ struct LoopQuestion {
 };
 
 /// What comparing them came to.
-struct LoopAnswer {
-  KeyframeEdge loop;  // when accepted
+struct LoopVerification {
+  BetweenConstraint loop;  // when accepted
   ZeroShot alignment;
   double deviations = 0;  // between what is found and where the keyframes lay, of what drift allows; chi, 6 dimensions
 };
 
 /// The keyframe out of reach that most likely shows where the last one is: the one that looks most like it among those
 /// which drift allows, the nearest where drift is small. nullopt when nothing out of reach is near enough.
-std::optional<LoopQuestion> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                              const Config& config);
+std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                               const Config& config);
 
 /// Verification: zero-shot alignment of the two parts within what drift allows.
-LoopAnswer verifyLoop(const LoopQuestion& question, std::span<const SimilarClasses> similar, const Config& config);
+LoopVerification verifyLoop(const LoopCandidate& question, std::span<const SimilarClasses> similar,
+                            const Config& config);
 
 }  // namespace hgg

@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "alignment/registration.h"
+#include "core/se3.h"
 
 namespace hgg {
 

@@ -22,10 +22,10 @@ Mat6 informationOf(double sigma, double sigma_turn) {
   return information;
 }
 
-/// The ties that lie within the window.
-void addMotions(const std::vector<KeyframeEdge>& ties, const std::map<KeyframeId, int>& index_of,
+/// The constraints that lie within the window.
+void addMotions(const std::vector<BetweenConstraint>& constraints, const std::map<KeyframeId, int>& index_of,
                 WindowProblem& problem) {
-  for (const KeyframeEdge& e : ties) {
+  for (const BetweenConstraint& e : constraints) {
     const auto a = index_of.find(e.a), b = index_of.find(e.b);
     if (a != index_of.end() && b != index_of.end()) {
       problem.motions.push_back({a->second, b->second, e.T_a_b, informationOf(e.sigma, e.sigma_turn)});
@@ -37,7 +37,7 @@ void addMotions(const std::vector<KeyframeEdge>& ties, const std::map<KeyframeId
 
 void PoseWindow::add(const Map& map, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment) {
   View view{keyframe, alignment.leaf_pairs > 0, {}, map.keyframes().edgesOf(keyframe)};
-  std::erase_if(view.ties, [&](const KeyframeEdge& e) { return e.b != keyframe; });
+  std::erase_if(view.constraints, [&](const BetweenConstraint& e) { return e.b != keyframe; });
   for (const ObjectPair& pair : alignment.pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
     const MapNode* node = map.find(pair.map);
@@ -102,7 +102,7 @@ WindowProblem PoseWindow::problemOf(const Map& map, const Config& config) const 
     }
   }
   for (const View& view : views_) {
-    addMotions(view.ties, index_of, problem);
+    addMotions(view.constraints, index_of, problem);
   }
   return problem;
 }

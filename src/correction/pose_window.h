@@ -30,7 +30,7 @@ class PoseWindow {
     KeyframeId keyframe = -1;
     bool is_held = false;  // by leaves of the map, if only in some directions: the rest odometry knows better
     std::vector<std::pair<NodeId, Belief>> seen_body;
-    std::vector<KeyframeEdge> ties;  // to older keyframes, as measured: those of the map follow the window
+    std::vector<BetweenConstraint> constraints;  // to older keyframes, as measured: those of the map follow the window
   };
 
   /// Needs a view. Its poses are those of the views, in their order.

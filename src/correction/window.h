@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "alignment/registration.h"
 #include "core/belief.h"
+#include "core/se3.h"
 #include "correction/observation.h"
 
 namespace hgg {
@@ -45,7 +45,7 @@ struct WindowConfig {
 struct WindowSolution {
   std::vector<Pose> poses;
   std::vector<Belief> objects;  // map frame; kappa: prior and observed. One without observations stays as it was.
-  Mat6 last_pose_information = Mat6::Zero();  // marginal, in the pose's tangent (registration.h)
+  Mat6 last_pose_information = Mat6::Zero();  // marginal, in the pose's tangent (core/se3.h)
   std::vector<Mat3> position_cov;             // m^2, one per object if asked for; zero for one without observations
   double cost_before = 0, cost_after = 0;     // half the robust sum of squares
   int iterations = 0;

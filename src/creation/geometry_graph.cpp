@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/neighborhood.h"
 #include "core/spd.h"
-#include "creation/neighborhood.h"
 
 namespace hgg {
 namespace {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "core/neighborhood.h"
 #include "creation/geometry_graph.h"
 #include "creation/instances.h"
-#include "creation/neighborhood.h"
 
 namespace hgg {
 namespace {

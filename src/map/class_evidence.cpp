@@ -3,16 +3,18 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "core/se3.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
-constexpr std::size_t kMostLeaves = 24;  // of a thing that are asked, spread evenly over it
-constexpr double kFullWay = 0.05, kFullTurn = std::numbers::pi / 180;  // m, rad: motion that makes a view a new one
-constexpr double kAtRest = 0.02;                                       // of a view
-constexpr double kReach = 3;                                           // standard deviations
-const double kCoincident = std::sqrt(0.125);  // share of a leaf's points in the window of one just like it
+constexpr std::size_t kMostLeaves = 24;                 // of a thing that are asked, spread evenly over it
+constexpr double kFullWay = 0.05, kFullTurn = kDegree;  // m, rad: motion that makes a view a new one
+constexpr double kAtRest = 0.02;                        // of a view
+constexpr double kReach = 3;                            // standard deviations
+const double kCoincident = std::sqrt(0.125);            // share of a leaf's points in the window of one just like it
 
 /// Axis-aligned box around a Gaussian's mass.
 struct Box {
@@ -143,7 +145,7 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
 }
 
 double viewWeight(const Pose& T_last_body) {
-  const double way = T_last_body.translation().norm(), turn = Eigen::AngleAxisd(T_last_body.linear()).angle();
+  const double way = T_last_body.translation().norm(), turn = turnOf(T_last_body);
   return std::clamp(way / kFullWay + turn / kFullTurn, kAtRest, 1.0);
 }
 

@@ -86,7 +86,7 @@ std::string exportJson(const StoredMap& stored) {
   }
   j["objects"] = Json::array();
   for (const auto& [id, node] : map.nodes()) {
-    if (isBelieved(node)) {
+    if (isConfirmed(node)) {
       j["objects"].push_back(toJson(node, nameOf(map, node.label)));
     }
   }
@@ -108,7 +108,7 @@ std::string exportJson(const StoredMap& stored) {
 std::string exportPly(const StoredMap& stored) {
   std::size_t leaves = 0;
   for (const auto& [id, node] : stored.map.nodes()) {
-    leaves += isBelieved(node) ? node.leaves.size() : 0;
+    leaves += isConfirmed(node) ? node.leaves.size() : 0;
   }
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment hggmap: one vertex a leaf Gaussian, map frame, metres\nelement "
@@ -119,7 +119,7 @@ std::string exportPly(const StoredMap& stored) {
       "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n",
       leaves);
   for (const auto& [id, node] : stored.map.nodes()) {
-    if (!isBelieved(node)) {
+    if (!isConfirmed(node)) {
       continue;
     }
     const std::array<std::uint8_t, 3> rgb = colourOf(node.label);

@@ -14,6 +14,7 @@
 #include <span>
 
 #include "core/text.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
@@ -33,9 +34,9 @@ struct Limits {
 };
 constexpr Limits kSigma{1e-6, 1e3}, kSigmaTurn{1e-7, 1e3};  // m, rad
 /// What alignment loses from one keyframe to the next: 0.3 degrees and 0.35 m in 100 m, as on real drives.
-constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * M_PI / 180;  // m, rad
+constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
 /// Of a tie that nothing is known of.
-constexpr double kUnknownSigma = 0.3, kUnknownTurn = 3 * M_PI / 180;  // m, rad
+constexpr double kUnknownSigma = 0.3, kUnknownTurn = 3 * kDegree;  // m, rad
 
 class Writer {
  public:
@@ -219,7 +220,7 @@ Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
     w.put(k.T_map_body);
   }
   w.put(static_cast<std::uint64_t>(map.keyframes().edges().size()));
-  for (const KeyframeEdge& e : map.keyframes().edges()) {
+  for (const BetweenConstraint& e : map.keyframes().edges()) {
     w.put(e.a), w.put(e.b);
     w.put(e.T_a_b);
     w.put(std::clamp(e.sigma, kSigma.least, kSigma.most));
@@ -251,7 +252,7 @@ void tieLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
         continue;
       }
       is_tied[static_cast<std::size_t>(k)] = true;
-      for (const KeyframeEdge& e : keyframes.edgesOf(k)) {
+      for (const BetweenConstraint& e : keyframes.edgesOf(k)) {
         open.push_back(e.a == k ? e.b : e.a);
       }
     }
@@ -277,7 +278,7 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     return keyframes;
   }
   for (std::size_t n = r.count(r.get<std::uint64_t>(), 4 + 4 + 96 + 16 + 1); n > 0; --n) {
-    KeyframeEdge e;
+    BetweenConstraint e;
     e.a = r.get<KeyframeId>(), e.b = r.get<KeyframeId>();
     e.T_a_b = r.pose();
     e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();

@@ -122,7 +122,7 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
 }
 
 /// How far pieces of one object can be apart, in cluster radii: what hides the surface between them also cuts clusters.
-constexpr double kFragmentReach = 2;
+constexpr double kFragmentDistance = 2;
 
 /// An evenly spread patch ends this many standard deviations from its middle.
 constexpr double kPatchSigmas = 1.732;
@@ -161,7 +161,7 @@ bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, con
   return boxContains(large, small.mean, floor) ||
          bhattacharyyaCoefficient(large, small, floor) > config.map.merge_overlap ||
          (piece.belief.kappa < config.map.fragment_share * whole.belief.kappa &&
-          touch(whole, piece, kFragmentReach * cluster_radius));
+          touch(whole, piece, kFragmentDistance * cluster_radius));
 }
 
 /// The state of a node after this frame so far; nullptr when it has been absorbed.

@@ -6,13 +6,14 @@
 #include <queue>
 #include <tuple>
 
-#include "core/so3.h"
+#include "core/se3.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
 constexpr double kKeyframeDistance = 2.0;  // m
-constexpr double kKeyframeAngle = 20.0 * M_PI / 180;
+constexpr double kKeyframeAngle = 20 * kDegree;
 
 }  // namespace
 
@@ -21,7 +22,7 @@ bool KeyframeGraph::needsOne(const Pose& T_map_body) const {
     return true;
   }
   const Pose step = poses_.back().T_map_body.inverse() * T_map_body;
-  return step.translation().norm() >= kKeyframeDistance || Eigen::AngleAxisd(step.linear()).angle() >= kKeyframeAngle;
+  return step.translation().norm() >= kKeyframeDistance || turnOf(step) >= kKeyframeAngle;
 }
 
 KeyframeId KeyframeGraph::newestAt(const Vec3& p_map) const {
@@ -43,15 +44,15 @@ KeyframeId KeyframeGraph::add(const TimedPose& pose) {
   return last();
 }
 
-void KeyframeGraph::connect(const KeyframeEdge& edge) {
+void KeyframeGraph::connect(const BetweenConstraint& edge) {
   const auto index = static_cast<std::uint32_t>(edges_.size());
   edges_.push_back(edge);
   edges_of_.at(static_cast<std::size_t>(edge.a)).push_back(index);
   edges_of_.at(static_cast<std::size_t>(edge.b)).push_back(index);
 }
 
-std::vector<KeyframeEdge> KeyframeGraph::edgesOf(KeyframeId id) const {
-  std::vector<KeyframeEdge> edges;
+std::vector<BetweenConstraint> KeyframeGraph::edgesOf(KeyframeId id) const {
+  std::vector<BetweenConstraint> edges;
   for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
     edges.push_back(edges_[index]);
   }
@@ -65,7 +66,7 @@ void KeyframeGraph::remeasure(const KeyframeMoves& moves) {
   };
   for (const auto& [id, move] : moves) {
     for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
-      KeyframeEdge& e = edges_[index];
+      BetweenConstraint& e = edges_[index];
       if (e.b == id && !e.is_loop && isMoved(e.a)) {
         e.T_a_b = orthonormalized(pose(e.a).inverse() * pose(e.b));
       }
@@ -87,7 +88,7 @@ std::vector<Drift> KeyframeGraph::driftFrom(KeyframeId from, double reach) const
     }
     known = {position, turn};
     for (const std::uint32_t index : edges_of_[static_cast<std::size_t>(k)]) {
-      const KeyframeEdge& e = edges_[index];
+      const BetweenConstraint& e = edges_[index];
       const KeyframeId other = e.a == k ? e.b : e.a;
       const double beyond = std::hypot(position + turn * e.T_a_b.translation().norm(), e.sigma);
       if (beyond < reach && drift[static_cast<std::size_t>(other)].position < 0) {

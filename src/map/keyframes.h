@@ -15,7 +15,7 @@ struct TimedPose {
 
 /// What is known of how two keyframes lie to each other: by alignment from one to the next, by the part of the map that
 /// one was aligned with while it is anchored to the other, or by a closed loop.
-struct KeyframeEdge {
+struct BetweenConstraint {
   KeyframeId a = 0, b = 0;
   Pose T_a_b = Pose::Identity();
   double sigma = 0;       // m, standard deviation per axis
@@ -37,9 +37,9 @@ using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
 class KeyframeGraph {
  public:
   const std::vector<TimedPose>& poses() const { return poses_; }
-  const std::vector<KeyframeEdge>& edges() const { return edges_; }
+  const std::vector<BetweenConstraint>& edges() const { return edges_; }
   /// Edges of one keyframe, oldest first.
-  std::vector<KeyframeEdge> edgesOf(KeyframeId id) const;
+  std::vector<BetweenConstraint> edgesOf(KeyframeId id) const;
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
 
   /// The newest of those at a place, or where it was passed nearest; -1 when there are none.
@@ -47,7 +47,7 @@ class KeyframeGraph {
   /// True when `T_map_body` is far enough from the last keyframe (or the first one) to be one.
   bool needsOne(const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);
-  void connect(const KeyframeEdge& edge);
+  void connect(const BetweenConstraint& edge);
   /// Makes ties among the keyframes that were moved say how they lie now. Closed loops stay as they were found.
   void remeasure(const KeyframeMoves& moves);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
@@ -58,7 +58,7 @@ class KeyframeGraph {
 
  private:
   std::vector<TimedPose> poses_;
-  std::vector<KeyframeEdge> edges_;
+  std::vector<BetweenConstraint> edges_;
   std::vector<std::vector<std::uint32_t>> edges_of_;  // of each keyframe: indices into edges_
 };
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "core/so3.h"
+#include "core/se3.h"
 
 namespace hgg {
 namespace {
@@ -35,9 +35,9 @@ MapDelta Map::apply(MapUpdate update) {
   if (keyframes_.needsOne(update.pose.T_map_body)) {
     const KeyframeId id = keyframes_.add(update.pose);
     anchored_.emplace_back();
-    for (KeyframeEdge& tie : update.ties) {
-      tie.b = id;
-      keyframes_.connect(tie);
+    for (BetweenConstraint& constraint : update.constraints) {
+      constraint.b = id;
+      keyframes_.connect(constraint);
     }
     findActive(keyframes_.last(), delta);
   }
@@ -62,7 +62,7 @@ MapDelta Map::apply(MapUpdate update) {
   delta.removed = std::move(update.removed);
   std::sort(delta.changed.begin(), delta.changed.end());
   std::sort(delta.removed.begin(), delta.removed.end());
-  std::erase_if(delta.woken, [&](NodeId id) { return find(id) == nullptr; });
+  std::erase_if(delta.reactivated, [&](NodeId id) { return find(id) == nullptr; });
   return delta;
 }
 
@@ -82,7 +82,7 @@ MapDelta Map::apply(const MapCorrection& correction) {
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
   }
-  for (const KeyframeEdge& loop : correction.loops) {
+  for (const BetweenConstraint& loop : correction.loops) {
     keyframes_.connect(loop);
   }
   findActive(keyframes_.last(), delta);
@@ -106,7 +106,7 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
     }
     node = node->first == id ? node : nodes_.find(id);
     if (moveNode(node->second, *move)) {
-      delta.crowded.push_back(id);
+      delta.colliding.push_back(id);
     }
     delta.moved.push_back(id);
   }
@@ -114,7 +114,7 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
     const MapNode& stuff = *find(id);
     return tiles_.at({stuff.label, stuff.tile}).size() == 1;
   };
-  std::erase_if(delta.crowded, isAlone);
+  std::erase_if(delta.colliding, isAlone);
 }
 
 bool Map::moveNode(MapNode& node, const Pose& move) {
@@ -140,20 +140,20 @@ void Map::startAt(KeyframeId id) {
 }
 
 void Map::findActive(KeyframeId from, MapDelta& delta) {
-  if (!std::isfinite(reach_) || from < 0) {
+  if (!std::isfinite(drift_reach_) || from < 0) {
     return;  // all are
   }
-  const std::vector<Drift> drift = keyframes_.driftFrom(from, reach_);
+  const std::vector<Drift> drift = keyframes_.driftFrom(from, drift_reach_);
   std::vector<bool> before = std::move(active_);
   before.resize(drift.size(), true);
   active_.assign(drift.size(), false);
   for (std::size_t k = 0; k < drift.size(); ++k) {
     active_[k] = drift[k].position >= 0;
     if (active_[k] && !before[k]) {
-      delta.woken.insert(delta.woken.end(), anchored_[k].begin(), anchored_[k].end());
+      delta.reactivated.insert(delta.reactivated.end(), anchored_[k].begin(), anchored_[k].end());
     }
   }
-  std::sort(delta.woken.begin(), delta.woken.end());
+  std::sort(delta.reactivated.begin(), delta.reactivated.end());
 }
 
 bool Map::isActive(KeyframeId id) const {
@@ -183,12 +183,12 @@ std::vector<NodeId> Map::activeOfTile(ClassId label, const Tile& tile) const {
 }
 
 std::vector<NodeId> Map::near(const Vec3& centre, double radius) const {
-  std::vector<NodeId> ids = nearActiveOrNot(centre, radius);
+  std::vector<NodeId> ids = nearAnywhere(centre, radius);
   std::erase_if(ids, [&](NodeId id) { return !isActive(*find(id)); });
   return ids;
 }
 
-std::vector<NodeId> Map::nearActiveOrNot(const Vec3& centre, double radius) const {
+std::vector<NodeId> Map::nearAnywhere(const Vec3& centre, double radius) const {
   std::vector<NodeId> ids;
   const auto take = [&](NodeId id, const MapNode& node) {
     if ((node.belief.mean - centre).squaredNorm() <= radius * radius) {
@@ -219,16 +219,16 @@ std::vector<NodeId> Map::nearActiveOrNot(const Vec3& centre, double radius) cons
   return ids;
 }
 
-std::size_t Map::believedCount() const {
+std::size_t Map::confirmedCount() const {
   return static_cast<std::size_t>(
-      std::ranges::count_if(nodes_, [](const auto& entry) { return isBelieved(entry.second); }));
+      std::ranges::count_if(nodes_, [](const auto& entry) { return isConfirmed(entry.second); }));
 }
 
 double Map::megabytes() const {
   // A tree node, its index entries and its class views cost about 150 B beside the payload.
   const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) +
                             keyframes_.poses().size() * sizeof(TimedPose) +
-                            keyframes_.edges().size() * (sizeof(KeyframeEdge) + 16);
+                            keyframes_.edges().size() * (sizeof(BetweenConstraint) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
 

@@ -22,29 +22,29 @@ struct ClassEvidence {
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
   TimedPose pose;
-  std::vector<KeyframeEdge> ties;       // of the pose to keyframes, should it become one; their b is not used
-  std::vector<MapNode> changed;         // existing ids, whole new state
-  std::vector<MapNode> created;         // id 0: the map gives them one
-  std::vector<NodeId> removed;          // absorbed into another node, or faded
-  std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
-  bool is_sequel = false;               // to the frame before it, whose revision it belongs to
+  std::vector<BetweenConstraint> constraints;  // of the pose to keyframes, should it become one; their b is not used
+  std::vector<MapNode> changed;                // existing ids, whole new state
+  std::vector<MapNode> created;                // id 0: the map gives them one
+  std::vector<NodeId> removed;                 // absorbed into another node, or faded
+  std::vector<ClassEvidence> evidence;         // of existing things that are otherwise as they were
+  bool is_sequel = false;                      // to the frame before it, whose revision it belongs to
 };
 
 /// What correction does to the map: keyframes and where they are to be, and loops that were closed.
 struct MapCorrection {
   std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
-  std::vector<KeyframeEdge> loops;
-  bool is_measured = false;  // ties among the moved follow: more was looked at than when they were made
+  std::vector<BetweenConstraint> loops;
+  bool is_measured = false;  // constraints among the moved follow: more was looked at than when they were made
 };
 
 /// Ids a revision touched, for subscribers.
 struct MapDelta {
   std::int64_t revision = 0;
-  std::vector<NodeId> changed;  // created, changed or witnessed, ascending
-  std::vector<NodeId> moved;    // rigidly with their anchors and otherwise as they were, ascending
-  std::vector<NodeId> removed;  // ascending
-  std::vector<NodeId> woken;    // active from now on, ascending: may be there twice
-  std::vector<NodeId> crowded;  // moved into a tile that has another node, ascending
+  std::vector<NodeId> changed;      // created, changed or witnessed, ascending
+  std::vector<NodeId> moved;        // rigidly with their anchors and otherwise as they were, ascending
+  std::vector<NodeId> removed;      // ascending
+  std::vector<NodeId> reactivated;  // active from now on, ascending: may be there twice
+  std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
 };
 
 /// The global scene graph. Only apply() mutates it.
@@ -69,7 +69,7 @@ class Map {
   /// on the map.
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
   /// The same of all nodes.
-  std::vector<NodeId> nearActiveOrNot(const Vec3& centre, double radius) const;
+  std::vector<NodeId> nearAnywhere(const Vec3& centre, double radius) const;
   bool isActive(const MapNode& node) const { return isActive(node.anchor); }
   /// Whether what hangs on a keyframe is active; true for none (-1).
   bool isActive(KeyframeId id) const;
@@ -83,12 +83,12 @@ class Map {
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
   /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
-  void setReach(double reach) { reach_ = reach; }
+  void setDriftReach(double reach) { drift_reach_ = reach; }
   /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
   void startAt(KeyframeId id);
 
   /// How many of the nodes are believed in.
-  std::size_t believedCount() const;
+  std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
   double megabytes() const;
@@ -128,7 +128,7 @@ class Map {
   KeyframeGraph keyframes_;
   std::vector<bool> active_;                   // keyframes
   std::vector<std::vector<NodeId>> anchored_;  // to each keyframe
-  double reach_ = std::numeric_limits<double>::infinity();
+  double drift_reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;
   std::size_t leaf_count_ = 0;

@@ -42,6 +42,6 @@ double existenceOf(const MapNode& node) {
   return node.stuff ? 1 : existence(node.classes, node.label, node.belief.kappa);
 }
 
-bool isBelieved(const MapNode& node) { return existenceOf(node) >= 0.5; }
+bool isConfirmed(const MapNode& node) { return existenceOf(node) >= 0.5; }
 
 }  // namespace hgg

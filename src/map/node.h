@@ -56,7 +56,7 @@ double existenceOf(const MapNode& node);
 
 /// True when there more likely is something than not; what is not believed in is kept, to learn about it, and not
 /// published.
-bool isBelieved(const MapNode& node);
+bool isConfirmed(const MapNode& node);
 
 /// How well the node's mean is known, m^2: cov / n_eff + sigma^2 I. Points of one view are not independent, so that
 /// kappa is not what counts: a view is worth 1 / 0.7^2 points and none of its noise less than 5 cm, all views together

@@ -33,7 +33,7 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   std::ranges::set_union(report.delta.changed, report.delta.moved, std::back_inserter(touched));
   for (const NodeId id : touched) {
     const MapNode& node = *mapper.map().find(id);
-    if (isBelieved(node)) {
+    if (isConfirmed(node)) {
       update.objects.push_back(summarise(node, mapper.classes()));
     } else {
       update.removed.push_back(id);
@@ -51,14 +51,14 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   update.revision = mapper.map().revision();
   update.complete = true;
   for (const auto& [id, node] : mapper.map().nodes()) {
-    if (isBelieved(node)) update.objects.push_back(summarise(node, mapper.classes()));
+    if (isConfirmed(node)) update.objects.push_back(summarise(node, mapper.classes()));
   }
   update.edges = mapper.edges();
   return update;
 }
 
 void describeMap(const Map& map, Status& status) {
-  status.objects = static_cast<std::int64_t>(map.believedCount());
+  status.objects = static_cast<std::int64_t>(map.confirmedCount());
   status.leaves = static_cast<std::int64_t>(map.leafCount());
   status.map_mb = map.megabytes();
   status.revision = map.revision();

@@ -4,15 +4,14 @@
 
 #include <Eigen/QR>
 
-#include "alignment/prediction.h"
+#include "alignment/propagation.h"
+#include "core/units.h"
 #include "creation/object_graph.h"
 #include "mapper.h"
 #include "test_scene.h"
 
 namespace hgg {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 /// Surfaces seen from the body, resampled for every frame, with 1 cm of noise.
 class Place {
@@ -103,7 +102,7 @@ Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
   }
   const Frame frame = place.seenFrom(T_true, 600'000);
   const PoseBelief last{at(-0.2, 0), 1e6 * Mat6::Identity()};
-  Trial trial{{}, *predictPose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
+  Trial trial{{}, *propagatePose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
   const LocalGraph local = createLocalGraph(frame, T_wrong, testClasses(), config);
   trial.alignment = align(local, mapper.map(), trial.prior, config);
   return trial;
@@ -111,7 +110,7 @@ Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
 
 /// In standard deviations of the prior.
 double awayFromPrior(const Trial& trial) {
-  const Vec6 xi = poseDifference(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
+  const Vec6 xi = localCoordinates(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
   return std::sqrt(xi.dot(trial.prior.information * xi) / 6);
 }
 
@@ -129,26 +128,26 @@ bool isDegenerateAlong(const Alignment& alignment, const Vec6& direction) {
 
 /// Along the directions reported as degenerate the pose is the prior's, and along no other; the reason agrees.
 void expectTheRestIsOdometrys(const Trial& trial) {
-  const Vec6 xi = poseDifference(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
+  const Vec6 xi = localCoordinates(trial.alignment.pose.T_map_body, trial.prior.T_map_body);
   for (const Vec6& direction : trial.alignment.degenerate_directions) {
     const double scale = std::sqrt(direction.dot(trial.prior.information * direction));
     EXPECT_NEAR(direction.dot(trial.prior.information * xi) / scale, 0, 1e-3) << direction.transpose();
   }
   const std::size_t degenerate = trial.alignment.degenerate_directions.size();
-  EXPECT_EQ(trial.alignment.reason, trial.alignment.leaf_pairs == 0 ? "odometry"
-                                    : degenerate == 0               ? "aligned"
-                                                                    : "degenerate");
+  EXPECT_EQ(trial.alignment.source, trial.alignment.leaf_pairs == 0 ? PoseSource::kOdometry
+                                    : degenerate == 0               ? PoseSource::kAligned
+                                                                    : PoseSource::kDegenerate);
   EXPECT_LT(awayFromPrior(trial), 3);
 }
 
 TEST(Align, TakesAwayTheErrorOfOdometryWhereThereIsStructure) {
   const Pose T_true = at(0.5, 0.1, 2), T_wrong = at(0.53, 0.13, 2.3);
   const Trial trial = alignIn(carPark(), T_true, T_wrong);
-  const Vec6 error = poseDifference(trial.alignment.pose.T_map_body, T_true);
+  const Vec6 error = localCoordinates(trial.alignment.pose.T_map_body, T_true);
   EXPECT_LT(error.head<3>().norm(), 0.012);
   EXPECT_LT(error.tail<3>().norm(), 0.1 * kDegree);
   EXPECT_TRUE(trial.alignment.degenerate_directions.empty());
-  EXPECT_EQ(trial.alignment.reason, "aligned");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kAligned);
 }
 
 TEST(Align, InACorridorTheWayAlongItIsOdometrys) {
@@ -157,10 +156,10 @@ TEST(Align, InACorridorTheWayAlongItIsOdometrys) {
   const Pose& T = trial.alignment.pose.T_map_body;
   EXPECT_NEAR(T.translation().x(), T_wrong.translation().x(), 0.01);
   EXPECT_NEAR(T.translation().y(), 0, 0.006);
-  EXPECT_LT(poseDifference(T, T_true).tail<3>().norm(), 0.1 * kDegree);
+  EXPECT_LT(localCoordinates(T, T_true).tail<3>().norm(), 0.1 * kDegree);
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
   EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
-  EXPECT_EQ(trial.alignment.reason, "degenerate");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kDegenerate);
   expectTheRestIsOdometrys(trial);
 }
 
@@ -176,7 +175,7 @@ TEST(Align, OnAnOpenFieldOnlyHeightAndTiltAreTheMaps) {
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(5)));
   EXPECT_EQ(trial.alignment.degenerate_directions.size(), 3U);
-  EXPECT_EQ(trial.alignment.reason, "degenerate");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kDegenerate);
   expectTheRestIsOdometrys(trial);
 }
 
@@ -185,7 +184,7 @@ TEST(Align, NothingInViewIsOdometry) {
   const Trial trial = alignIn(nothing, at(0.5, 0), at(0.53, 0.03));
   EXPECT_LT(awayFromPrior(trial), 1e-6);
   EXPECT_EQ(trial.alignment.degenerate_directions.size(), 6U);
-  EXPECT_EQ(trial.alignment.reason, "odometry");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kOdometry);
 }
 
 TEST(Align, AnEmptyMapIsOdometry) {
@@ -198,7 +197,7 @@ TEST(Align, AnEmptyMapIsOdometry) {
   trial.alignment = align(local, Map{}, trial.prior, config);
   EXPECT_LT(awayFromPrior(trial), 1e-6);
   EXPECT_EQ(trial.alignment.degenerate_directions.size(), 6U);
-  EXPECT_EQ(trial.alignment.reason, "odometry");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kOdometry);
 }
 
 TEST(Align, ASingleWallSaysHowFarItIsAndHowItIsTurned) {
@@ -230,7 +229,7 @@ TEST(Align, CoplanarObjectsOfOneClassSayNothingOfTheWayAlongThem) {
   EXPECT_NEAR(trial.alignment.pose.T_map_body.translation().x(), 0.52, 0.01);
   EXPECT_TRUE(isDegenerateAlong(trial.alignment, Vec6::Unit(0)));
   EXPECT_FALSE(isDegenerateAlong(trial.alignment, Vec6::Unit(1)));
-  EXPECT_EQ(trial.alignment.reason, "degenerate");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kDegenerate);
   expectTheRestIsOdometrys(trial);
 }
 
@@ -241,10 +240,10 @@ TEST(Align, ObjectsOfOneClassSufficeWhereTheyStandInEveryDirection) {
   }
   const Pose T_true = at(0.5, 0.1, 2);
   const Trial trial = alignIn(place, T_true, at(0.53, 0.13, 2.3));
-  const Vec6 error = poseDifference(trial.alignment.pose.T_map_body, T_true);
+  const Vec6 error = localCoordinates(trial.alignment.pose.T_map_body, T_true);
   EXPECT_LT(error.head<3>().norm(), 0.012);
   EXPECT_LT(error.tail<3>().norm(), 0.1 * kDegree);
-  EXPECT_EQ(trial.alignment.reason, "aligned");
+  EXPECT_EQ(trial.alignment.source, PoseSource::kAligned);
 }
 
 /// A room whose right wall was seen from the other side, 12 cm behind: the face that is in view now is in no map.
@@ -265,7 +264,7 @@ TEST(Align, TheFarFaceOfAWallDoesNotPullThePose) {
   for (int i = 0; i < 5; ++i) {
     mapper.step(before.seenFrom(at(-1 + 0.2 * i, 0), 100'000 * (i + 1)));
   }
-  const PoseBelief prior = *predictPose({at(-0.2, 0), 1e6 * Mat6::Identity()}, at(0.2, 0), config.alignment);
+  const PoseBelief prior = *propagatePose({at(-0.2, 0), 1e6 * Mat6::Identity()}, at(0.2, 0), config.alignment);
   const LocalGraph local = createLocalGraph(now.seenFrom(at(0, 0), 600'000), prior.T_map_body, testClasses(), config);
   const Alignment alignment = align(local, mapper.map(), prior, config);
   EXPECT_LT(std::abs(alignment.pose.T_map_body.translation().y()), 0.01);
@@ -288,7 +287,7 @@ Pose driveWithAJump(double jump) {
 
 TEST(Align, AGlitchOfOdometryOutAndBackLeavesThePoseWhereItIs) {
   for (const double jump : {100.0, 1000.0}) {
-    const Vec6 error = poseDifference(driveWithAJump(jump), at(0.1, 0));
+    const Vec6 error = localCoordinates(driveWithAJump(jump), at(0.1, 0));
     EXPECT_LT(error.head<3>().norm(), 0.05) << jump;
     EXPECT_LT(error.tail<3>().norm(), 0.5 * kDegree) << jump;
   }
@@ -323,11 +322,11 @@ TEST(Align, DuplicateMapObjectsDoNotHarm) {
   }
   map.apply(std::move(update));
   const Frame frame = place.seenFrom(at(0.2, 0), 500'000);
-  const PoseBelief prior = *predictPose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
+  const PoseBelief prior = *propagatePose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
   const Alignment alignment = align(local, map, prior, config);
-  EXPECT_LT(poseDifference(alignment.pose.T_map_body, at(0.2, 0)).head<3>().norm(), 0.015);
-  EXPECT_EQ(alignment.reason, "aligned");
+  EXPECT_LT(localCoordinates(alignment.pose.T_map_body, at(0.2, 0)).head<3>().norm(), 0.015);
+  EXPECT_EQ(alignment.source, PoseSource::kAligned);
 }
 
 }  // namespace

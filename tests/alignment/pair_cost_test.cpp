@@ -8,7 +8,7 @@
 namespace hgg {
 namespace {
 
-Config costing(const std::string& cost) {
+Config costing(PairCost cost) {
   Config config;
   config.ablation.cost = cost;
   return config;
@@ -22,12 +22,12 @@ TEST(PairCost, IsTheWassersteinDistanceUnlessAnAblationSaysOtherwise) {
   for (int k = 0; k < 20; ++k) {
     const Belief a = randomBelief(random, 5), b = randomBelief(random, 5);
     EXPECT_EQ(pairCost(a, b, Config{}), wasserstein2(a, b));
-    EXPECT_DOUBLE_EQ(pairCost(a, b, costing("centroid")), (a.mean - b.mean).norm());
+    EXPECT_DOUBLE_EQ(pairCost(a, b, costing(PairCost::kCentroid)), (a.mean - b.mean).norm());
   }
 }
 
 TEST(PairCost, OfBoxesFallsWithTheShareTheyHaveInCommon) {
-  Config config = costing("iou");
+  Config config = costing(PairCost::kIou);
   config.creation.sigma_floor = 1e-4;
   const double far = config.alignment.gate / config.alignment.geometry_share;
   const Belief a = box(Vec3(5, 0, 0), Vec3(2, 1, 1));

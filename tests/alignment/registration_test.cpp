@@ -55,8 +55,8 @@ std::vector<GaussianPair> noisyPairs(std::mt19937& random, int count, const Pose
 }
 
 void expectSamePose(const Pose& actual, const Pose& expected, double tolerance) {
-  EXPECT_LE(poseDifference(actual, expected).norm(), tolerance) << actual.matrix() << "\nexpected\n"
-                                                                << expected.matrix();
+  EXPECT_LE(localCoordinates(actual, expected).norm(), tolerance) << actual.matrix() << "\nexpected\n"
+                                                                  << expected.matrix();
 }
 
 TEST(RegistrationCost, EqualsTheReferenceAtItsProbe) {
@@ -91,7 +91,7 @@ TEST(RegisterPairs, FindsThePoseFromPerturbedStarts) {
     for (int k = 0; k < 6; ++k) {
       offset[k] = uniform(random, -0.5, 0.5);
     }
-    const Pose T_start = moved(T, offset);
+    const Pose T_start = retract(T, offset);
     expectSamePose(registerPairs(pairs, 1, {T_start, Mat6::Zero()}, T_start, kNoRobust).T_map_body, T, 1e-6);
   }
 }
@@ -102,12 +102,12 @@ TEST(Linearize, GradientEqualsTheNumericOneWithAndWithoutTheKernel) {
     for (int trial = 0; trial < 20; ++trial) {
       const Pose T_true = randomPose(random, 10);
       const auto pairs = noisyPairs(random, 8, T_true, 0.5);
-      const Pose T = moved(T_true, 0.1 * Vec6::Ones());
+      const Pose T = retract(T_true, 0.1 * Vec6::Ones());
       const Vec6 gradient = linearize(pairs, T, robust_scale).gradient;
       constexpr double kStep = 1e-6;
       for (int k = 0; k < 6; ++k) {
-        const double above = linearize(pairs, moved(T, kStep * Vec6::Unit(k)), robust_scale).cost;
-        const double below = linearize(pairs, moved(T, -kStep * Vec6::Unit(k)), robust_scale).cost;
+        const double above = linearize(pairs, retract(T, kStep * Vec6::Unit(k)), robust_scale).cost;
+        const double below = linearize(pairs, retract(T, -kStep * Vec6::Unit(k)), robust_scale).cost;
         EXPECT_NEAR(gradient[k], (above - below) / (2 * kStep), 1e-5 * std::max(1.0, gradient.norm())) << k;
       }
     }
@@ -119,16 +119,16 @@ TEST(RegisterPairs, GradientVanishesAtTheSolutionPriorIncluded) {
   for (int trial = 0; trial < 20; ++trial) {
     const Pose T_true = randomPose(random, 10);
     const auto pairs = noisyPairs(random, 10, T_true, 0.1);
-    const PoseBelief prior{moved(T_true, 0.05 * Vec6::Ones()), 50 * Mat6::Identity()};
+    const PoseBelief prior{retract(T_true, 0.05 * Vec6::Ones()), 50 * Mat6::Identity()};
     const Pose T = registerPairs(pairs, 0.7, prior, prior.T_map_body, 1.5).T_map_body;
     const auto total = [&](const Pose& at) {
-      const Vec6 xi = poseDifference(at, prior.T_map_body);
+      const Vec6 xi = localCoordinates(at, prior.T_map_body);
       return 0.7 * linearize(pairs, at, 1.5).cost + xi.dot(prior.information * xi);
     };
     constexpr double kStep = 1e-5;
     for (int k = 0; k < 6; ++k) {
       const double slope =
-          (total(moved(T, kStep * Vec6::Unit(k))) - total(moved(T, -kStep * Vec6::Unit(k)))) / (2 * kStep);
+          (total(retract(T, kStep * Vec6::Unit(k))) - total(retract(T, -kStep * Vec6::Unit(k)))) / (2 * kStep);
       EXPECT_NEAR(slope, 0, 0.02) << k;  // 10 um from the minimum; at the prior it is 5
     }
   }
@@ -137,7 +137,7 @@ TEST(RegisterPairs, GradientVanishesAtTheSolutionPriorIncluded) {
 TEST(RegisterPairs, WithoutPairsItIsThePrior) {
   std::mt19937 random(4);
   const PoseBelief prior{randomPose(random, 5), 100 * Mat6::Identity()};
-  const Registration found = registerPairs({}, 1, prior, moved(prior.T_map_body, 0.3 * Vec6::Ones()), 2);
+  const Registration found = registerPairs({}, 1, prior, retract(prior.T_map_body, 0.3 * Vec6::Ones()), 2);
   expectSamePose(found.T_map_body, prior.T_map_body, 1e-6);
   EXPECT_EQ(found.information.norm(), 0);
 }
@@ -147,19 +147,19 @@ TEST(RegisterPairs, OneWrongPairInTenHardlyMovesThePose) {
   const Pose T = randomPose(random, 5);
   auto pairs = noisyPairs(random, 10, T, 0);
   pairs[3].mean_map += Vec3(8, -6, 2);
-  const PoseBelief weak{moved(T, 0.05 * Vec6::Ones()), 1e-3 * Mat6::Identity()};
+  const PoseBelief weak{retract(T, 0.05 * Vec6::Ones()), 1e-3 * Mat6::Identity()};
   const Pose robust = registerPairs(pairs, 1, weak, weak.T_map_body, 0.5).T_map_body;
   const Pose square = registerPairs(pairs, 1, weak, weak.T_map_body, kNoRobust).T_map_body;
-  EXPECT_LT(poseDifference(robust, T).norm(), 0.2 * poseDifference(square, T).norm());
+  EXPECT_LT(localCoordinates(robust, T).norm(), 0.2 * localCoordinates(square, T).norm());
 }
 
 TEST(PoseDifference, IsUndoneByMoved) {
   std::mt19937 random(6);
   for (int trial = 0; trial < 100; ++trial) {
     const Pose a = randomPose(random, 10), b = randomPose(random, 10);
-    expectSamePose(moved(b, poseDifference(a, b)), a, 1e-9);
+    expectSamePose(retract(b, localCoordinates(a, b)), a, 1e-9);
   }
-  EXPECT_EQ(poseDifference(Pose::Identity(), Pose::Identity()).norm(), 0);
+  EXPECT_EQ(localCoordinates(Pose::Identity(), Pose::Identity()).norm(), 0);
 }
 
 }  // namespace

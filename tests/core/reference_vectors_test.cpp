@@ -7,8 +7,8 @@
 
 #include "alignment/assignment.h"
 #include "core/belief.h"
+#include "core/neighborhood.h"
 #include "core/spd.h"
-#include "creation/neighborhood.h"
 
 namespace hgg {
 namespace {

@@ -215,7 +215,7 @@ TEST(RelativePoseFactor, IsZeroAtTheMeasurementAndWeighsThePoseDifference) {
     const auto exact = relativePoseFactor(T_a.inverse() * T_b, information);
     EXPECT_LE((Probe{*exact, at}.residuals(at).norm()), 1e-9);
     const auto off = relativePoseFactor(measured, information);
-    const Vec6 difference = poseDifference(T_a.inverse() * T_b, measured);
+    const Vec6 difference = localCoordinates(T_a.inverse() * T_b, measured);
     const double expected = difference.dot(information * difference);
     EXPECT_NEAR((Probe{*off, at}.residuals(at).squaredNorm()), expected, 1e-9 * expected);
   }
@@ -227,7 +227,7 @@ TEST(RelativePoseFactor, DerivativesAreExactForAnyErrorUpToNearlyHalfATurn) {
     for (int i = 0; i < 10; ++i) {
       const Pose T_a = randomPose(random, 20), T_b = randomPose(random, 20);
       const Vec3 axis = (randomVector(random, 1) + Vec3(0, 0, 1e-3)).normalized();
-      const Pose measured = moved(T_a.inverse() * T_b, (Vec6() << randomVector(random, 2), angle * axis).finished());
+      const Pose measured = retract(T_a.inverse() * T_b, (Vec6() << randomVector(random, 2), angle * axis).finished());
       const auto factor = relativePoseFactor(measured, randomInformation<6>(random));
       Probe{*factor, {vectorOf(poseBlock(T_a)), vectorOf(poseBlock(T_b))}}.expectExact();
     }
@@ -239,7 +239,7 @@ TEST(PosePriorFactor, DerivativesAreExactForAnyErrorUpToNearlyHalfATurn) {
   for (const double angle : {0.0, 1e-6, 1e-3, 0.5, 2.0, 3.0, std::numbers::pi - 1e-3}) {
     const Pose T = randomPose(random, 20);
     const Vec3 axis = (randomVector(random, 1) + Vec3(0, 0, 1e-3)).normalized();
-    const PoseBelief prior{moved(T, (Vec6() << randomVector(random, 2), angle * axis).finished()),
+    const PoseBelief prior{retract(T, (Vec6() << randomVector(random, 2), angle * axis).finished()),
                            randomInformation<6>(random)};
     const auto factor = posePriorFactor(prior);
     Probe{*factor, {vectorOf(poseBlock(T))}}.expectExact();
@@ -264,7 +264,7 @@ TEST(PoseManifold, IsMovedAndPoseDifference) {
     const PoseBlock x = poseBlock(T);
     PoseBlock y{};
     manifold.Plus(x.data(), tangent.data(), y.data());
-    EXPECT_LE((poseOf(y.data()).matrix() - moved(T, tangent).matrix()).norm(), 1e-12);
+    EXPECT_LE((poseOf(y.data()).matrix() - retract(T, tangent).matrix()).norm(), 1e-12);
     Vec6 back;
     manifold.Minus(y.data(), x.data(), back.data());
     EXPECT_LE((back - tangent).norm(), 1e-10);

@@ -68,7 +68,7 @@ struct Drive {
   Drive(unsigned seed, Pose drift_per_step, LoopTiming timing)
       : world(squareWorld(seed)), drift(std::move(drift_per_step)), closer(config, {}, timing) {
     map.setTileSize(kTileSize);
-    map.setReach(config.correction.drift_reach);
+    map.setDriftReach(config.correction.drift_reach);
   }
 
   int keyframes() const { return static_cast<int>(map.keyframes().poses().size()); }
@@ -81,7 +81,7 @@ struct Drive {
     if (k > 0) {
       const Pose T_a_b = truthAt(k - 1).inverse() * truthAt(k) * drift;
       update.pose.T_map_body = poseOf(k - 1) * T_a_b;
-      update.ties = {{k - 1, -1, T_a_b, kSigma, kSigmaTurn, false}};
+      update.constraints = {{k - 1, -1, T_a_b, kSigma, kSigmaTurn, false}};
     }
     const Pose T_map_world = update.pose.T_map_body * truthAt(k).inverse();
     map.apply(std::move(update));
@@ -91,7 +91,7 @@ struct Drive {
     map.apply(std::move(seen));
     if (auto correction = closer.step(map)) {
       const MapDelta delta = map.apply(*correction);
-      map.apply(mergeDuplicates(map, delta.woken, testClasses(), config));
+      map.apply(mergeDuplicates(map, delta.reactivated, testClasses(), config));
       corrections.emplace_back(k, std::move(*correction));
     }
   }
@@ -230,14 +230,15 @@ struct Doubt {
 
   int measured = 1;  // how often each tie was
 
-  explicit Doubt(LoopTiming timing = LoopTiming::kFixed) : closer(config, {}, timing) { map.setReach(0.5); }
+  explicit Doubt(LoopTiming timing = LoopTiming::kFixed) : closer(config, {}, timing) { map.setDriftReach(0.5); }
 
   void keyframe(const Pose& T, double sigma, const Pose* T_map_world) {
     MapUpdate update;
     update.pose = {1000 * (map.keyframes().last() + 1), T};
     if (map.keyframes().last() >= 0) {
       const Pose T_a_b = map.keyframes().poses().back().T_map_body.inverse() * T;
-      update.ties.assign(static_cast<std::size_t>(measured), {map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false});
+      update.constraints.assign(static_cast<std::size_t>(measured),
+                                {map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false});
     }
     if (T_map_world != nullptr) {
       update.created =
@@ -322,19 +323,19 @@ TEST(LoopCloser, PlacesOfAStoredMapAreKnownByTheirLooks) {
       update.pose = {k, at_room[k]};
       update.created = nodesOfWorld(rooms[k], at_room[k].inverse(), static_cast<unsigned>(k));
       if (k == 1) {
-        update.ties = {{0, -1, at_room[0].inverse() * at_room[1], 0.01, 1e-4, false}};
+        update.constraints = {{0, -1, at_room[0].inverse() * at_room[1], 0.01, 1e-4, false}};
       }
       map.apply(std::move(update));
     }
     LoopCloser closer(config, {}, LoopTiming::kFixed);
     closer.start(map);
-    map.setReach(0.5);
+    map.setDriftReach(0.5);
     const Pose T = frame(0, Vec3(here == 0 ? 3 : -3, 0, 0));
     for (int k = 0; k < 3; ++k) {
       MapUpdate update;
       update.pose = {10 + k, T * frame(0, Vec3(0, 0, 2 * k))};
       const KeyframeId last = map.keyframes().last();
-      update.ties = {{last, -1, frame(0, Vec3(2, 0, 0)), k == 0 ? 15 : 0.01, 1e-4, false}};
+      update.constraints = {{last, -1, frame(0, Vec3(2, 0, 0)), k == 0 ? 15 : 0.01, 1e-4, false}};
       if (k == 0) {
         update.created = nodesOfWorld(rooms[here], T.inverse(), 7);
       }

@@ -83,7 +83,7 @@ TEST(PlaceDescriptor, KnowsOnlyThingsThatAreBelievedInAndActive) {
   doubted.classes = {};
   addViews(doubted.classes, {{kWall, 1000.0F}});
   doubted.belief.kappa = 1;
-  ASSERT_FALSE(isBelieved(doubted));
+  ASSERT_FALSE(isConfirmed(doubted));
   nodes.push_back(doubted);
   EXPECT_EQ(describe(mapOf(nodes)), expected);
 }
@@ -95,7 +95,7 @@ struct Revisit {
   std::vector<PlaceDescriptor> descriptors;
   Config config;
 
-  Revisit() { map.setReach(kReach); }
+  Revisit() { map.setDriftReach(kReach); }
 
   /// A keyframe believed to be at `T`, with nodes of `world` as it sees them there: the world's frame is at
   /// T_map_world.
@@ -105,7 +105,7 @@ struct Revisit {
     update.pose = {1000 * (map.keyframes().last() + 1), T};
     if (map.keyframes().last() >= 0) {
       const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
-      update.ties = {{map.keyframes().last(), -1, T_last_body, sigma, 1e-4, false}};
+      update.constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 1e-4, false}};
     }
     const auto seed = static_cast<unsigned>(map.keyframes().poses().size() + 1);
     update.created = nodesOfWorld(world, T_map_world.inverse(), seed, sees);
@@ -118,7 +118,7 @@ struct Revisit {
     see({}, frame(0, Vec3(150, 0, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
     see({}, frame(0, Vec3(150, 10, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
   }
-  std::optional<LoopQuestion> candidate() const { return findLoopCandidate(map, descriptors, config); }
+  std::optional<LoopCandidate> candidate() const { return findLoopCandidate(map, descriptors, config); }
 };
 
 /// Seen from the origin, left, and seen again with an error of `drift`.
@@ -196,12 +196,12 @@ TEST(VerifyLoop, AcceptsARevisitWithAMetreOfDrift) {
     const Revisit scene = revisit(world, world, frame(2, Vec3(0.8, -0.6, 0)), 0.7);
     const auto question = scene.candidate();
     ASSERT_TRUE(question);
-    const LoopAnswer answer = verifyLoop(*question, {}, scene.config);
+    const LoopVerification answer = verifyLoop(*question, {}, scene.config);
     EXPECT_TRUE(answer.alignment.accepted) << answer.alignment.reason;
     EXPECT_EQ(answer.loop.a, 0);
     EXPECT_EQ(answer.loop.b, 3);
     EXPECT_TRUE(answer.loop.is_loop);
-    const Vec6 error = poseDifference(answer.loop.T_a_b, frame(70, Vec3(1, 0.5, 0)));
+    const Vec6 error = localCoordinates(answer.loop.T_a_b, frame(70, Vec3(1, 0.5, 0)));
     EXPECT_LT(error.head<3>().norm(), 0.05);
     EXPECT_LT(error.tail<3>().norm(), 0.3 * kDegree);
     EXPECT_GT(answer.loop.sigma, error.head<3>().norm());
@@ -262,10 +262,10 @@ TEST(VerifyLoop, NeverClosesToTheNextBay) {
       scene.see(world, T_drift * T_now, T_drift, sigma / std::sqrt(3.0), around(3));
       const auto question = scene.candidate();
       ASSERT_TRUE(question);
-      const LoopAnswer answer = verifyLoop(*question, {}, scene.config);
+      const LoopVerification answer = verifyLoop(*question, {}, scene.config);
       if (answer.alignment.accepted) {
         ++accepted;
-        EXPECT_LT(poseDifference(answer.loop.T_a_b, T_now).head<3>().norm(), 0.3) << sigma << ", " << drift;
+        EXPECT_LT(localCoordinates(answer.loop.T_a_b, T_now).head<3>().norm(), 0.3) << sigma << ", " << drift;
       }
     }
   }

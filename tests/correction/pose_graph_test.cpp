@@ -59,7 +59,7 @@ Drive noisyDrive(std::mt19937& random, int rounds) {
   Drive drive{squares(rounds), {Pose::Identity()}, {}};
   for (int k = 1; k < static_cast<int>(drive.truth.size()); ++k) {
     PoseGraphEdge step = edgeBetween(drive.truth, k - 1, k, false);
-    step.T_a_b = moved(step.T_a_b, poseNoise(random, kStepSigma, kStepTurn));
+    step.T_a_b = retract(step.T_a_b, poseNoise(random, kStepSigma, kStepTurn));
     drive.drifted.push_back(drive.drifted.back() * step.T_a_b);
     drive.edges.push_back(step);
   }
@@ -71,7 +71,7 @@ void addTrueLoops(std::mt19937& random, int count, Drive& drive) {
   for (int k = 0; k < count; ++k) {
     const int a = k * 4 * kSide / count;
     PoseGraphEdge loop = edgeBetween(drive.truth, a, a + 4 * kSide, true);
-    loop.T_a_b = moved(loop.T_a_b, poseNoise(random, kLoopSigma, kLoopTurn));
+    loop.T_a_b = retract(loop.T_a_b, poseNoise(random, kLoopSigma, kLoopTurn));
     drive.edges.push_back(loop);
   }
 }
@@ -117,7 +117,7 @@ TEST(PoseGraph, RecoversADriftedSquareFromAnExactLoop) {
   EXPECT_LT(solution.cost_after, 1e-9);
   EXPECT_EQ(solution.loop_weights, std::vector<double>{1});
   for (std::size_t k = 0; k < drive.truth.size(); ++k) {
-    EXPECT_LE(poseDifference(solution.poses[k], drive.truth[k]).norm(), 1e-6);
+    EXPECT_LE(localCoordinates(solution.poses[k], drive.truth[k]).norm(), 1e-6);
   }
 }
 

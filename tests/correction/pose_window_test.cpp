@@ -22,7 +22,7 @@ Pose offBy(std::mt19937& random, double sigma, double sigma_turn) {
   }
   xi.head<3>() *= sigma;
   xi.tail<3>() *= sigma_turn;
-  return moved(Pose::Identity(), xi);
+  return retract(Pose::Identity(), xi);
 }
 
 /// A drive that odometry alone has placed in the map, past poles that every keyframe sees as they are.
@@ -189,7 +189,7 @@ TEST(PoseWindow, TiesFollowTheWindowAndLoopsDoNot) {
   ASSERT_TRUE(correction);
   drive.map.apply(*correction);
   const KeyframeGraph& after = drive.map.keyframes();
-  for (const KeyframeEdge& e : after.edges()) {
+  for (const BetweenConstraint& e : after.edges()) {
     const Pose T_a_b = after.poses()[static_cast<std::size_t>(e.a)].T_map_body.inverse() *
                        after.poses()[static_cast<std::size_t>(e.b)].T_map_body;
     EXPECT_EQ(e.T_a_b.isApprox(T_a_b, 1e-9), !e.is_loop) << e.a << " to " << e.b;

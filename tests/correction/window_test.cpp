@@ -50,7 +50,7 @@ World randomWorld(std::mt19937& random, int poses, int objects) {
   Pose T = randomPose(random, 100);
   for (int m = 0; m < poses; ++m) {
     world.poses.push_back(T);
-    T = moved(T, (Vec6() << randomVector(random, 1), randomVector(random, 0.3)).finished());
+    T = retract(T, (Vec6() << randomVector(random, 1), randomVector(random, 0.3)).finished());
   }
   for (int i = 0; i < objects; ++i) {
     world.objects.push_back({world.poses[0].translation() + randomVector(random, 15), randomSpd(random, 0.02), kKappa});
@@ -80,7 +80,7 @@ WindowProblem exactProblem(const World& world) {
 /// Moves all poses but the first from where they are.
 void disturbPoses(std::mt19937& random, double sigma, double sigma_turn, WindowProblem& problem) {
   for (std::size_t m = 1; m < problem.poses.size(); ++m) {
-    problem.poses[m] = moved(problem.poses[m], poseNoise(random, sigma, sigma_turn));
+    problem.poses[m] = retract(problem.poses[m], poseNoise(random, sigma, sigma_turn));
   }
 }
 
@@ -112,10 +112,10 @@ WindowConfig smallNoise() {
 /// Everything measured with exactly the noise that the window assumes. Every other object is known from two views.
 WindowProblem noisyProblem(std::mt19937& random, const World& world, const WindowConfig& config) {
   WindowProblem problem = exactProblem(world);
-  problem.oldest = {moved(world.poses[0], poseNoise(random, kMoveSigma, kTurnSigma)),
+  problem.oldest = {retract(world.poses[0], poseNoise(random, kMoveSigma, kTurnSigma)),
                     informationOf(kMoveSigma, kTurnSigma)};
   for (RelativeMotion& motion : problem.motions) {
-    motion.T_a_b = moved(motion.T_a_b, poseNoise(random, kMoveSigma, kTurnSigma));
+    motion.T_a_b = retract(motion.T_a_b, poseNoise(random, kMoveSigma, kTurnSigma));
   }
   for (WindowObservation& o : problem.observations) {
     o.belief_body = drawn(random, o.belief_body, 1, config);
@@ -168,7 +168,7 @@ TEST(Window, RecoversPosesAndExtentsFromExactObservations) {
     EXPECT_GT(solution.cost_before, 1);
     EXPECT_LT(solution.cost_after, 1e-9);
     for (std::size_t m = 0; m < world.poses.size(); ++m) {
-      EXPECT_LE(poseDifference(solution.poses[m], world.poses[m]).norm(), 1e-6);
+      EXPECT_LE(localCoordinates(solution.poses[m], world.poses[m]).norm(), 1e-6);
     }
     for (std::size_t i = 0; i < world.objects.size(); ++i) {
       EXPECT_LE((solution.objects[i].mean - world.objects[i].mean).norm(), 1e-6);
@@ -188,9 +188,9 @@ TEST(Window, ErrsAsMuchAsItSays) {
     const WindowProblem problem = noisyProblem(random, world, config);
     const WindowSolution solution = solveWindow(problem, config);
     ASSERT_TRUE(solution.usable);
-    const Vec6 off = poseDifference(world.poses.back(), solution.poses.back());
+    const Vec6 off = localCoordinates(world.poses.back(), solution.poses.back());
     of_pose += off.dot(solution.last_pose_information * off) / 6 / kRuns;
-    of_odometry += poseDifference(world.poses.back(), problem.poses.back()).head<3>().norm() / kRuns;
+    of_odometry += localCoordinates(world.poses.back(), problem.poses.back()).head<3>().norm() / kRuns;
     of_pose_by_odometry += off.head<3>().norm() / kRuns;
     const std::size_t i =
         static_cast<std::size_t>(run) % kObjects;  // one per run: those of one run are not independent
@@ -246,7 +246,7 @@ TEST(Window, BeliefsFromBeforeAnchorIt) {
   problem.oldest.information = informationOf(1, 0.2);
   // The window's own idea of where it is lies aside; only the map knows better.
   for (Pose& T : problem.poses) {
-    T = moved(T, (Vec6() << 0.2, -0.1, 0.1, 0, 0, 0).finished());
+    T = retract(T, (Vec6() << 0.2, -0.1, 0.1, 0, 0, 0).finished());
   }
   problem.oldest.T_map_body = problem.poses[0];
   const WindowSolution anchored = solveWindow(problem, {});
@@ -284,7 +284,7 @@ TEST(Window, MovesRigidlyWithItsProblem) {
   const WindowSolution here = solveWindow(problem, config), there = solveWindow(carried, config);
   EXPECT_NEAR(there.cost_after, here.cost_after, 1e-6 * here.cost_after);
   for (std::size_t m = 0; m < here.poses.size(); ++m) {
-    EXPECT_LE(poseDifference(there.poses[m], G * here.poses[m]).norm(), 1e-6);
+    EXPECT_LE(localCoordinates(there.poses[m], G * here.poses[m]).norm(), 1e-6);
   }
   for (std::size_t i = 0; i < here.objects.size(); ++i) {
     const Belief expected = transform(G, here.objects[i]);
@@ -318,7 +318,7 @@ TEST(Window, WithoutObjectsFollowsTheMotions) {
   disturbPoses(random, 0.1, 0.03, problem);
   const WindowSolution solution = solveWindow(problem, {});
   ASSERT_TRUE(solution.usable);
-  EXPECT_LE(poseDifference(solution.poses.back(), world.poses.back()).norm(), 1e-6);
+  EXPECT_LE(localCoordinates(solution.poses.back(), world.poses.back()).norm(), 1e-6);
 }
 
 TEST(Window, OfOnePoseMergesTheFrame) {
@@ -326,7 +326,7 @@ TEST(Window, OfOnePoseMergesTheFrame) {
   const World world = randomWorld(random, 1, 4);
   const WindowSolution solution = solveWindow(exactProblem(world), {});
   ASSERT_TRUE(solution.usable);
-  EXPECT_LE(poseDifference(solution.poses[0], world.poses[0]).norm(), 1e-9);
+  EXPECT_LE(localCoordinates(solution.poses[0], world.poses[0]).norm(), 1e-9);
   EXPECT_LE(relativeError(solution.last_pose_information, informationOf(kKnownSigma, kKnownTurn)), 1e-6);
   EXPECT_LE((solution.objects[2].mean - world.objects[2].mean).norm(), 1e-9);
 }
@@ -407,7 +407,7 @@ TEST(Window, WeighsAllViewsAlikeInTheAblation) {
     o.belief_body.kappa = uniform(random, 1, 1000);
   }
   const WindowSolution b = solveWindow(problem, config);
-  EXPECT_LE(poseDifference(a.poses[3], b.poses[3]).norm(), 1e-4);  // their starts differ
+  EXPECT_LE(localCoordinates(a.poses[3], b.poses[3]).norm(), 1e-4);  // their starts differ
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "creation/brute_force.h"
+#include "brute_force.h"
 #include "kitti_frames.h"
 
 namespace hgg {

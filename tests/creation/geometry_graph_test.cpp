@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "creation/neighborhood.h"
+#include "core/neighborhood.h"
 #include "random_geometry.h"
 
 namespace hgg {

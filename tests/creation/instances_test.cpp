@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "creation/brute_force.h"
+#include "brute_force.h"
 #include "test_scene.h"
 
 namespace hgg {

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <limits>
 
-#include "creation/neighborhood.h"
+#include "core/neighborhood.h"
 #include "test_scene.h"
 
 namespace hgg {

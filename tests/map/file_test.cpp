@@ -24,9 +24,10 @@ Pose at(double x) {
 }
 
 /// The tie of what is to be the next keyframe of a map to the one before it.
-std::vector<KeyframeEdge> tiesOfNext(const Map& map) {
+std::vector<BetweenConstraint> tiesOfNext(const Map& map) {
   const KeyframeId last = map.keyframes().last();
-  return last < 0 ? std::vector<KeyframeEdge>() : std::vector<KeyframeEdge>{{last, -1, at(2), 0.02, 0.001, false}};
+  return last < 0 ? std::vector<BetweenConstraint>()
+                  : std::vector<BetweenConstraint>{{last, -1, at(2), 0.02, 0.001, false}};
 }
 
 /// A map with things, stuff, removed nodes, keyframes and class names.
@@ -37,12 +38,12 @@ Map sampleMap(unsigned seed, int nodes) {
   for (int k = 0; k < nodes; ++k) {
     MapUpdate update;
     update.pose = {1000 * k, randomPose(random, 20)};
-    update.ties = tiesOfNext(map);
+    update.constraints = tiesOfNext(map);
     update.created.push_back(k % 4 == 3 ? tileNode(40, {k, -k, 1}, randomVector(random, 50)) : randomNode(random, 50));
     map.apply(std::move(update));
   }
   MapUpdate update;
-  update.ties = tiesOfNext(map);
+  update.constraints = tiesOfNext(map);
   update.removed = {static_cast<NodeId>(nodes)};
   map.apply(std::move(update));
   return map;
@@ -350,7 +351,7 @@ TEST(MapFile, TiesLoopsAndAnchorsComeBackAsTheyWere) {
   ASSERT_TRUE(stored) << stored.error;
   ASSERT_EQ(stored->map.keyframes().edges().size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
-    const KeyframeEdge &expected = map.keyframes().edges()[k], &e = stored->map.keyframes().edges()[k];
+    const BetweenConstraint &expected = map.keyframes().edges()[k], &e = stored->map.keyframes().edges()[k];
     EXPECT_EQ(e.a, expected.a);
     EXPECT_EQ(e.b, expected.b);
     EXPECT_EQ(e.T_a_b.matrix(), expected.T_a_b.matrix());
@@ -372,7 +373,7 @@ TEST(MapFile, AMapFromBeforeTiesIsAChain) {
     ASSERT_EQ(poses.size(), map.keyframes().poses().size());
     ASSERT_EQ(stored->map.keyframes().edges().size(), poses.size() - 1);
     for (std::size_t k = 1; k < poses.size(); ++k) {
-      const KeyframeEdge& e = stored->map.keyframes().edges()[k - 1];
+      const BetweenConstraint& e = stored->map.keyframes().edges()[k - 1];
       EXPECT_EQ(e.a, static_cast<KeyframeId>(k) - 1);
       EXPECT_EQ(e.b, static_cast<KeyframeId>(k));
       EXPECT_FALSE(e.is_loop);
@@ -465,7 +466,7 @@ TEST(MapFile, KeyframesThatNothingConnectsToTheFirstAreTiedToTheOneBefore) {
   EXPECT_TRUE(keyframes.edges()[1].is_loop);
   const KeyframeId later[] = {2, 3, 5};  // 4 hangs on 2
   for (std::size_t k = 0; k < 3; ++k) {
-    const KeyframeEdge& e = keyframes.edges()[2 + k];
+    const BetweenConstraint& e = keyframes.edges()[2 + k];
     EXPECT_EQ(e.a, later[k] - 1);
     EXPECT_EQ(e.b, later[k]);
     EXPECT_TRUE(e.T_a_b.isApprox(at(3), 1e-12));
@@ -490,7 +491,7 @@ TEST(MapFile, TiesAreReadWithinLimitsAndNeverWrittenBeyondThem) {
     keyframes.connect({0, 1, at(3), sigma, sigma_turn, false});
     const auto stored = decodeMap(encodeMap(Map::restore({}, keyframes, {}, 9), {}));
     EXPECT_TRUE(stored) << stored.error;
-    const KeyframeEdge e = stored ? stored->map.keyframes().edges().at(0) : KeyframeEdge{};
+    const BetweenConstraint e = stored ? stored->map.keyframes().edges().at(0) : BetweenConstraint{};
     return std::pair(e.sigma, e.sigma_turn);
   };
   for (const auto& [sigma, sigma_turn] : {std::pair(1e-4, 1e-5), {1e-6, 1e-7}, {1e3, 1e3}, {15.0, 0.5}}) {

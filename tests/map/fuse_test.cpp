@@ -275,7 +275,7 @@ TEST(Fuse, ConservesTheEvidenceExactlyWhateverTheFramesAndPairs) {
     for (int step = 0; step < 20; ++step) {
       const Pose T = randomPose(random, 5);
       std::vector<Frame> objects{box(random, 300, kRoad, Vec3(0, 0, -1), Vec3(4, 4, 0.01))};
-      for (int k = 0; k < 12; ++k) {  // crowded, so that much overlaps
+      for (int k = 0; k < 12; ++k) {  // colliding, so that much overlaps
         const int points = 10 + static_cast<int>(below(random, 200));
         objects.push_back(box(random, points, kCar, randomVector(random, 8), randomVector(random, 1.5)));
       }
@@ -372,7 +372,7 @@ TEST(Believe, AFirstViewThatWasWrongIsOutvoted) {
 
 TEST(Believe, AThingThatTurnsOutToBeStuffFadesAndGoes) {
   Map map = mapOfFrames({block(kCar, 5, 50)});
-  EXPECT_FALSE(isBelieved(*map.find(1))) << "50 points, seen once";
+  EXPECT_FALSE(isConfirmed(*map.find(1))) << "50 points, seen once";
   int frames = 0;
   while (map.find(1) != nullptr && frames < 100) {
     fuseInto(map, seenFrom(Pose::Identity(), {block(kRoad, 5)}), Pose::Identity());
@@ -420,7 +420,7 @@ TEST(Believe, ASignOnADoorIsThereEvenIfItsFirstViewWasTakenForDoor) {
   ASSERT_EQ(map.nodes().size(), 2U);
   EXPECT_EQ(map.find(1)->label, kCar);
   EXPECT_EQ(map.find(2)->label, kPole);
-  EXPECT_TRUE(isBelieved(*map.find(2)));
+  EXPECT_TRUE(isConfirmed(*map.find(2)));
 }
 
 TEST(Believe, PiecesOfAFrameAreOneView) {

@@ -19,7 +19,7 @@ Pose at(double x, double yaw_deg = 0) {
   return T;
 }
 
-KeyframeEdge edge(KeyframeId a, KeyframeId b, double sigma, double sigma_turn = 0.001, double length = 2) {
+BetweenConstraint edge(KeyframeId a, KeyframeId b, double sigma, double sigma_turn = 0.001, double length = 2) {
   return {a, b, at(length), sigma, sigma_turn, false};
 }
 
@@ -60,7 +60,7 @@ std::vector<Drift> driftByRelaxation(const KeyframeGraph& graph, KeyframeId from
     before = labels;
     labels.assign(n, {kFar, 0});
     labels[static_cast<std::size_t>(from)] = {0, 0};
-    for (const KeyframeEdge& e : graph.edges()) {
+    for (const BetweenConstraint& e : graph.edges()) {
       for (const auto& [a, b] : {std::pair(e.a, e.b), std::pair(e.b, e.a)}) {
         const auto [position, turn] = before[static_cast<std::size_t>(a)];
         const Label label(std::hypot(position + turn * e.T_a_b.translation().norm(), e.sigma),
@@ -110,7 +110,7 @@ TEST(KeyframeGraph, DriftGrowsAlongAChainFasterThanItsSteps) {
 TEST(KeyframeGraph, ALoopBringsItsOtherEndNearerAndWhatLiesAroundIt) {
   KeyframeGraph graph = chainOf(100);
   const std::vector<Drift> before = graph.driftFrom(99, kFar);
-  KeyframeEdge loop = edge(0, 99, 0.08, 0.005, 1);
+  BetweenConstraint loop = edge(0, 99, 0.08, 0.005, 1);
   loop.is_loop = true;
   graph.connect(loop);
   const std::vector<Drift> after = graph.driftFrom(99, kFar);

@@ -28,7 +28,7 @@ MapUpdate keyframeAt(const Map& map, const Pose& T, std::vector<MapNode> created
   update.pose = {1000 * (map.keyframes().last() + 1), T};
   if (map.keyframes().last() >= 0) {
     const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
-    update.ties = {{map.keyframes().last(), -1, T_last_body, sigma, 0.04 * M_PI / 180, false}};
+    update.constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 0.04 * M_PI / 180, false}};
   }
   update.created = std::move(created);
   return update;
@@ -39,7 +39,7 @@ Map drive(int keyframes, double reach = std::numeric_limits<double>::infinity(),
   std::mt19937 random(7);
   Map map;
   map.setTileSize(kTileSize);
-  map.setReach(reach);
+  map.setDriftReach(reach);
   for (int k = 0; k < keyframes; ++k) {
     MapNode car = nodeAt(kCar, Vec3(5 * k, 4, 0));
     car.leaves.assign(3, randomLeaf(random));
@@ -80,7 +80,7 @@ void expectAnswersLikeBruteForce(const Map& map, std::mt19937& random) {
   for (const double radius : {0.0, 6.0, 30.0, 500.0}) {
     const Vec3 centre = randomVector(random, 70);
     const auto isNear = [&](const MapNode& n) { return (n.belief.mean - centre).norm() <= radius; };
-    EXPECT_EQ(map.nearActiveOrNot(centre, radius), collect(isNear));
+    EXPECT_EQ(map.nearAnywhere(centre, radius), collect(isNear));
     EXPECT_EQ(map.near(centre, radius), collect([&](const MapNode& n) { return isNear(n) && map.isActive(n); }));
   }
   std::set<std::pair<ClassId, Tile>> tiles{{kRoad, {77, 77, 0}}};
@@ -152,14 +152,14 @@ TEST(MapCorrection, ToWhereKeyframesAreChangesNoByte) {
     }
     const MapDelta delta = map.apply(correction);
     EXPECT_TRUE(delta.moved.empty());
-    EXPECT_TRUE(delta.woken.empty());
+    EXPECT_TRUE(delta.reactivated.empty());
     EXPECT_EQ(encodeMap(map, {}), before);
   }
 }
 
 TEST(MapCorrection, OfAMapWithoutKeyframesDoesNothing) {
   Map map;
-  map.setReach(0.5);
+  map.setDriftReach(0.5);
   EXPECT_EQ(map.apply(MapCorrection{}).revision, 0);
 }
 
@@ -205,7 +205,7 @@ TEST(MapReach, WhatMayHaveDriftedFarIsInvisibleToFramesOnly) {
   }
   EXPECT_GT(active, 6U);
   EXPECT_LT(active, 40U);
-  EXPECT_EQ(map.nearActiveOrNot(Vec3(0, 4, 0), 1).size(), 1U);
+  EXPECT_EQ(map.nearAnywhere(Vec3(0, 4, 0), 1).size(), 1U);
   EXPECT_TRUE(map.near(Vec3(0, 4, 0), 1).empty());
   EXPECT_EQ(map.near(Vec3(145, 4, 0), 1).size(), 1U);
   EXPECT_EQ(map.findTile(kRoad, {0, 0, 0}), nullptr);
@@ -228,31 +228,31 @@ TEST(MapReach, ALoopWakesExactlyTheNodesThatItBringsWithinReach) {
   const KeyframeId last = map.keyframes().last();
   const MapDelta delta = map.apply(MapCorrection{{}, {{2, last, at(1), 0.03, 0.001, true}}});
   const std::vector<Drift> drift = map.keyframes().driftFrom(last, 0.1);
-  std::vector<NodeId> woken;
+  std::vector<NodeId> reactivated;
   for (const auto& [id, node] : map.nodes()) {
     const bool reached = drift[static_cast<std::size_t>(node.anchor)].position >= 0;
     EXPECT_EQ(map.isActive(node), reached);
     if (reached && !before.isActive(*before.find(id))) {
-      woken.push_back(id);
+      reactivated.push_back(id);
     }
   }
-  EXPECT_EQ(delta.woken, woken);
-  EXPECT_TRUE(std::ranges::includes(woken, anchoredTo(map, 2)));
+  EXPECT_EQ(delta.reactivated, reactivated);
+  EXPECT_TRUE(std::ranges::includes(reactivated, anchoredTo(map, 2)));
   EXPECT_TRUE(delta.moved.empty());
 }
 
 TEST(MapReach, ATieOfANewKeyframeWakesTooButNotWhatTheSameUpdateTakesAway) {
   Map map = drive(30, 0.1);
   MapUpdate update = keyframeAt(map, at(150), {nodeAt(kCar, Vec3(150, 4, 0))});
-  update.ties.push_back({2, -1, at(140), 0.03, 0.001, false});
+  update.constraints.push_back({2, -1, at(140), 0.03, 0.001, false});
   const std::vector<NodeId> there = anchoredTo(map, 2);
   update.removed = {there[0]};
   const MapDelta delta = map.apply(std::move(update));
-  EXPECT_FALSE(std::ranges::binary_search(delta.woken, there[0]));
-  EXPECT_TRUE(std::ranges::binary_search(delta.woken, there[1]));
-  EXPECT_FALSE(std::ranges::binary_search(delta.woken, map.nextId() - 1));  // was never asleep
+  EXPECT_FALSE(std::ranges::binary_search(delta.reactivated, there[0]));
+  EXPECT_TRUE(std::ranges::binary_search(delta.reactivated, there[1]));
+  EXPECT_FALSE(std::ranges::binary_search(delta.reactivated, map.nextId() - 1));  // was never asleep
   EXPECT_EQ(map.keyframes().edges().back().b, map.keyframes().last());
-  for (const NodeId id : delta.woken) {
+  for (const NodeId id : delta.reactivated) {
     ASSERT_NE(map.find(id), nullptr);
   }
 }
@@ -265,7 +265,7 @@ TEST(MapReach, NodesWithoutAnAnchorAreAlwaysActive) {
     nodes.back().anchor = id <= 2 ? -1 : node.anchor;
   }
   Map map = Map::restore(nodes, driven.keyframes(), {}, 1);
-  map.setReach(0.1);
+  map.setDriftReach(0.1);
   map.apply(keyframeAt(map, at(150), {}));
   EXPECT_TRUE(map.isActive(*map.find(1)));
   EXPECT_TRUE(map.isActive(*map.find(2)));
@@ -284,7 +284,7 @@ TEST(MapReach, AStoredMapIsActiveAsAWholeUntilANewKeyframe) {
   auto stored = decodeMap(encodeMap(driven, {}));
   ASSERT_TRUE(stored) << stored.error;
   Map map = std::move(stored->map);
-  map.setReach(0.1);
+  map.setDriftReach(0.1);
   for (const auto& [id, node] : map.nodes()) {
     EXPECT_TRUE(map.isActive(node));
   }
@@ -329,7 +329,7 @@ MapUpdate randomUpdate(std::mt19937& random, const Map& map) {
   MapUpdate update = keyframeAt(map, at(t.x(), t.y(), 10 * t.z()), {}, uniform(random, 0.01, 0.2));
   if (below(random, 4) == 0 && map.keyframes().last() > 0) {
     const auto old = static_cast<KeyframeId>(below(random, static_cast<std::uint32_t>(map.keyframes().last())));
-    update.ties.push_back({old, -1, at(2), 0.05, 0.002, false});
+    update.constraints.push_back({old, -1, at(2), 0.05, 0.002, false});
   }
   for (std::uint32_t n = below(random, 6); n > 0; --n) {
     const Vec3 p = randomVector(random, 60);
@@ -350,7 +350,7 @@ TEST(MapCorrection, RandomSequencesAgreeWithAModelThatLooksAtEveryNode) {
   std::mt19937 random(3);
   Map map;
   map.setTileSize(kTileSize);
-  map.setReach(0.3);
+  map.setDriftReach(0.3);
   Model model;
   for (int step = 0; step < 150; ++step) {
     if (step > 2 && below(random, 3) == 0) {

@@ -68,8 +68,8 @@ std::vector<NodeId> idsFrom(NodeId first, NodeId last) {
   return ids;
 }
 
-MapUpdate merged(const Map& map, const std::vector<NodeId>& woken) {
-  return mergeDuplicates(map, woken, testClasses(), Config{});
+MapUpdate merged(const Map& map, const std::vector<NodeId>& reactivated) {
+  return mergeDuplicates(map, reactivated, testClasses(), Config{});
 }
 
 void expectNothing(const MapUpdate& update) {
@@ -77,7 +77,7 @@ void expectNothing(const MapUpdate& update) {
   EXPECT_TRUE(update.created.empty());
   EXPECT_TRUE(update.removed.empty());
   EXPECT_TRUE(update.evidence.empty());
-  EXPECT_TRUE(update.ties.empty());
+  EXPECT_TRUE(update.constraints.empty());
 }
 
 TEST(MergeDuplicates, TwoCopiesOfAPlaceEndAsOneWithTheEvidenceOfBoth) {
@@ -87,10 +87,10 @@ TEST(MergeDuplicates, TwoCopiesOfAPlaceEndAsOneWithTheEvidenceOfBoth) {
     const auto count = static_cast<NodeId>(nodes.size());
     const std::vector<MapNode> copy = yard(random, 0.1);
     nodes.insert(nodes.end(), copy.begin(), copy.end());
-    for (const auto& woken : {idsFrom(1, count), idsFrom(count + 1, 2 * count), idsFrom(1, 2 * count)}) {
+    for (const auto& reactivated : {idsFrom(1, count), idsFrom(count + 1, 2 * count), idsFrom(1, 2 * count)}) {
       Map map = mapOf(nodes);
       const Map before = map;
-      const MapDelta delta = map.apply(merged(map, woken));
+      const MapDelta delta = map.apply(merged(map, reactivated));
       ASSERT_EQ(map.nodes().size(), static_cast<std::size_t>(count));
       EXPECT_EQ(delta.changed, idsFrom(1, count));
       EXPECT_EQ(delta.removed, idsFrom(count + 1, 2 * count));
@@ -131,9 +131,9 @@ TEST(MergeDuplicates, ThreeOfOnePlaceEndAsOneWhoeverWokeAndNoIdIsBothChangedAndR
   const Vec3 off(0.05, 0, 0);
   const Map before = mapOf(
       {carNode(p), carNode(p + off), carNode(p - off), roadNode(q, 10), roadNode(q + off, 10), roadNode(q - off, 10)});
-  for (const auto& woken : {idsFrom(1, 6), std::vector<NodeId>{1, 4}, {2, 5}, {3, 6}, {2, 3, 5, 6}}) {
+  for (const auto& reactivated : {idsFrom(1, 6), std::vector<NodeId>{1, 4}, {2, 5}, {3, 6}, {2, 3, 5, 6}}) {
     Map map = before;
-    const MapDelta delta = map.apply(merged(map, woken));
+    const MapDelta delta = map.apply(merged(map, reactivated));
     EXPECT_EQ(delta.changed, (std::vector<NodeId>{1, 4}));
     EXPECT_EQ(delta.removed, (std::vector<NodeId>{2, 3, 5, 6}));
     EXPECT_EQ(map.find(1)->belief.kappa, 1800);
@@ -191,9 +191,9 @@ TEST(MergeDuplicates, OfTwoTilesThatAMoveHasMadeOneOneNodeIsLeft) {
   Pose T = Pose::Identity();
   T.translation().x() = 7;
   const MapDelta delta = map.apply(MapCorrection{{{0, T}}, {}});
-  EXPECT_TRUE(delta.woken.empty());
-  EXPECT_EQ(delta.crowded, (std::vector<NodeId>{1}));
-  const MapDelta after = map.apply(merged(map, delta.crowded));
+  EXPECT_TRUE(delta.reactivated.empty());
+  EXPECT_EQ(delta.colliding, (std::vector<NodeId>{1}));
+  const MapDelta after = map.apply(merged(map, delta.colliding));
   EXPECT_EQ(after.changed, (std::vector<NodeId>{1}));
   EXPECT_EQ(after.removed, (std::vector<NodeId>{2}));
   EXPECT_EQ(map.find(1)->belief.kappa, 100);
@@ -214,13 +214,13 @@ TEST(MergeDuplicates, OfNothingAndOfIdsThatAreGoneIsNothing) {
 TEST(MergeDuplicates, WhatSleepsIsNotMergedWith) {
   std::mt19937 random(8);
   Map map;
-  map.setReach(0.1);
+  map.setDriftReach(0.1);
   MapUpdate first;
   first.created = {carNode(Vec3(0, 0, 0.7)), roadNode(Vec3(0, 0, 0), 10)};
   map.apply(first);
   MapUpdate second;
   second.pose.T_map_body.translation() = Vec3(3, 0, 0);
-  second.ties = {{0, -1, second.pose.T_map_body, 1, 0.1, false}};
+  second.constraints = {{0, -1, second.pose.T_map_body, 1, 0.1, false}};
   second.created = first.created;
   map.apply(second);
   ASSERT_FALSE(map.isActive(*map.find(1)));

@@ -117,7 +117,7 @@ TEST(Publish, StatusDescribesTheMap) {
   const Drive drive(3);
   Status status;
   describeMap(drive.mapper.map(), status);
-  EXPECT_EQ(status.objects, static_cast<std::int64_t>(drive.mapper.map().believedCount()));
+  EXPECT_EQ(status.objects, static_cast<std::int64_t>(drive.mapper.map().confirmedCount()));
   EXPECT_EQ(status.leaves, static_cast<std::int64_t>(drive.mapper.map().leafCount()));
   EXPECT_EQ(status.revision, 3);
   EXPECT_GT(status.map_mb, 0);

@@ -162,7 +162,7 @@ Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   }
   PredictedGraph graph{{}, stored->map.classNames()};
   for (const auto& [id, node] : stored->map.nodes()) {
-    if (isBelieved(node)) {
+    if (isConfirmed(node)) {
       graph.objects.push_back(predictionOf(node));
     }
   }

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <limits>
 
-#include "sim/angles.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "sim/angles.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {

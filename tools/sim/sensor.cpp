@@ -7,7 +7,7 @@
 #include <optional>
 #include <thread>
 
-#include "sim/angles.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {

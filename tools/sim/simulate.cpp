@@ -10,7 +10,7 @@
 #include "bus/codec.h"
 #include "bus/log.h"
 #include "class_tables.h"
-#include "sim/angles.h"
+#include "core/units.h"
 #include "sim/motion.h"
 #include "sim/queries.h"
 #include "sim/world_cloud.h"

@@ -25,7 +25,7 @@ Scene frozen(const Scene& scene, double time) {
 /// From where places are looked at.
 class Viewpoints {
  public:
-  Viewpoints(const std::vector<Pose>& T_world_body, double reach) : reach_(reach) {
+  Viewpoints(const std::vector<Pose>& T_world_body, double reach) : drift_reach_(reach) {
     constexpr double kApart = 0.7;  // m; a second lap adds few
     for (const Pose& pose : T_world_body) {
       const bool is_new = std::ranges::none_of(
@@ -39,7 +39,7 @@ class Viewpoints {
   Bounds bounds() const {
     Bounds bounds;
     for (const Vec3& p : points_) {
-      bounds = join(bounds, {p - Vec3::Constant(reach_), p + Vec3::Constant(reach_)});
+      bounds = join(bounds, {p - Vec3::Constant(drift_reach_), p + Vec3::Constant(drift_reach_)});
     }
     return bounds;
   }
@@ -71,7 +71,7 @@ class Viewpoints {
     std::vector<std::pair<double, std::size_t>> by_distance;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const double distance = (points_[i].head<2>() - center).norm();
-      if (distance < reach_) {
+      if (distance < drift_reach_) {
         by_distance.emplace_back(distance, i);
       }
     }
@@ -83,7 +83,7 @@ class Viewpoints {
     return near;
   }
 
-  double reach_;
+  double drift_reach_;
   std::vector<Vec3> points_;
   std::map<Cell, std::vector<std::size_t>> cells_;
 };

@@ -1,9 +1,8 @@
 #include "sim/world_surface.h"
 
 #include <cmath>
-#include <numbers>
 
-#include "sim/angles.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {

@@ -1,7 +1,6 @@
 #include <cmath>
-#include <numbers>
 
-#include "sim/angles.h"
+#include "core/units.h"
 #include "sim/random.h"
 #include "sim/scene.h"
 #include "sim/worlds/outdoor.h"

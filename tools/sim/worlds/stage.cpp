@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/angles.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <numbers>
 #include <string>
 #include <unordered_map>
 #include <vector>

@@ -1,4 +1,4 @@
-#include "alignment/zero_shot.h"
+#include "place/zero_shot.h"
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ World openYard(std::vector<Patch> things) {
 
 void expectPose(const ZeroShot& z, const Pose& T_a_b, double metres, double degrees) {
   EXPECT_TRUE(z.accepted) << z.reason;
-  const Vec6 xi = poseDifference(z.T_a_b, T_a_b);
+  const Vec6 xi = localCoordinates(z.T_a_b, T_a_b);
   EXPECT_LT(xi.head<3>().norm(), metres) << z.reason;
   EXPECT_LT(xi.tail<3>().norm() / kDegree, degrees) << z.reason;
 }
@@ -265,7 +265,7 @@ TEST(ZeroShot, TheOtherWayRoundIsTheInverse) {
   const Map a = mapOfWorld(world, Pose::Identity(), 1), b = mapOfWorld(world, frame(50, Vec3(3, 1, 0)), 2);
   const ZeroShot there = alignMaps(a, b), back = alignMaps(b, a);
   ASSERT_TRUE(there.accepted && back.accepted);
-  EXPECT_LT(poseDifference(there.T_a_b * back.T_a_b, Pose::Identity()).norm(), 0.02);
+  EXPECT_LT(localCoordinates(there.T_a_b * back.T_a_b, Pose::Identity()).norm(), 0.02);
 }
 
 /// As many mistakes of labels as there are things: half of them second names of a thing, half of them nowhere near one.
@@ -346,7 +346,7 @@ TEST(ZeroShotWithPrior, LooksAtItsOwnMiddleEvenWhereNoCliqueDoes) {
   const ZeroShot z = alignMaps(map, map, {}, priorAt(Pose::Identity(), 2, 10));
   EXPECT_FALSE(z.accepted);  // one thing is too little
   EXPECT_GT(z.evidence.overlap, 0.5);
-  EXPECT_LT(poseDifference(z.T_a_b, Pose::Identity()).norm(), 0.05);
+  EXPECT_LT(localCoordinates(z.T_a_b, Pose::Identity()).norm(), 0.05);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "alignment/comparison.h"
+#include "place/comparison.h"
 
 #include <algorithm>
 #include <cmath>
@@ -34,7 +34,7 @@ Surface surfaceOf(const Belief& leaf, ClassId label) {
   const Eigen3 e = eigenSymmetric(leaf.cov);
   Surface s;
   s.mean = leaf.mean;
-  s.cov = loosened(leaf.cov);
+  s.cov = regularized(leaf.cov);
   s.normal = e.vectors.col(0);
   s.is_level = std::abs(s.normal.z()) > kLevel && e.values[0] < kFlat * e.values[1];
   s.label = label;
@@ -103,8 +103,8 @@ ClassId relabelled(const Relabelling& relabelling, ClassId label) {
   return other == relabelling.end() ? label : other->second;
 }
 
-MapView viewOf(const Map& map, const Relabelling& relabelling) {
-  MapView view;
+ComparisonSide viewOf(const Map& map, const Relabelling& relabelling) {
+  ComparisonSide view;
   std::vector<double> sizes;
   for (const auto& [id, node] : map.nodes()) {
     const ClassId label = relabelled(relabelling, node.label);

@@ -5,15 +5,15 @@
 #include <utility>
 #include <vector>
 
-#include "alignment/consistency.h"
-#include "alignment/surfaces.h"
 #include "core/classes.h"
 #include "map/map.h"
+#include "place/consistency.h"
+#include "place/surfaces.h"
 
 namespace hgg {
 
 /// A map as zero-shot alignment sees it. Labels are those of map a, one for each name.
-struct MapView {
+struct ComparisonSide {
   std::vector<const MapNode*> nodes;                             // ascending by id
   std::vector<std::size_t> things;                               // indices into nodes
   std::vector<Landmark> landmarks;                               // one a thing, in their order
@@ -25,7 +25,7 @@ struct MapView {
 
 /// Two maps and what is needed to compare them. Refers to both maps.
 struct Comparison {
-  MapView a, b;
+  ComparisonSide a, b;
   Similarity similarity;
   double reach = 0;  // m: a map has surveyed what has one of its leaves this near; 0 when either has no usable leaf
   std::optional<SurfaceIndex> index_a, index_b, wide_index_a;  // of one reach, the last of two

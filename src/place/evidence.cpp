@@ -1,14 +1,14 @@
-#include "alignment/evidence.h"
+#include "place/evidence.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
+
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kThingFound = 0.7;     // a thing is in another map that has surveyed its place, this often
 constexpr double kOn = 0.3;             // reaches: surfaces this near across are one
 constexpr double kGate = 9;             // squared standard deviations between matched things
@@ -17,8 +17,6 @@ constexpr std::size_t kWeighed = 1500;  // surfaces of each map, spread evenly
 constexpr std::size_t kWeighedOfThing = 30;
 constexpr std::size_t kProbes = 400;  // of those, looked at in displaced places
 constexpr int kDirections = 8;
-
-double square(double x) { return x * x; }
 
 /// What one map says of a surface of the other.
 enum class Word : std::uint8_t { kUnseen, kThere, kMissing };
@@ -29,8 +27,8 @@ struct Search {
   bool of_b;  // looks in a for what b holds, else the other way round
   Pose T_in_of;
 
-  const MapView& of() const { return of_b ? c.b : c.a; }
-  const MapView& in() const { return of_b ? c.a : c.b; }
+  const ComparisonSide& of() const { return of_b ? c.b : c.a; }
+  const ComparisonSide& in() const { return of_b ? c.a : c.b; }
   bool areLike(ClassId label_of, ClassId label_in) const {
     return of_b ? c.areLike(label_in, label_of) : c.areLike(label_of, label_in);
   }
@@ -55,7 +53,7 @@ Word Search::wordOn(const Surface& s, std::vector<std::size_t>& near) const {
 std::vector<double> missedShares(const Search& search) {
   std::vector<double> shares;
   std::vector<std::size_t> near;
-  const MapView& of = search.of();
+  const ComparisonSide& of = search.of();
   for (std::size_t t = 0; t < of.things.size(); ++t) {
     const auto [first, last] = of.surfaces_of[of.things[t]];
     const std::size_t stride = 1 + (last - first) / kWeighedOfThing;
@@ -136,7 +134,7 @@ struct Count {
 };
 
 Count countSurfaces(const Search& search, std::size_t at_most) {
-  const MapView& of = search.of();
+  const ComparisonSide& of = search.of();
   const std::size_t stride = 1 + of.surfaces.size() / at_most;
   Count count;
   std::vector<std::size_t> near;

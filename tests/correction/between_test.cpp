@@ -1,14 +1,14 @@
-#include "correction/ties.h"
+#include "correction/between.h"
 
 #include <gtest/gtest.h>
 
+#include "core/units.h"
 #include "map/test_map.h"
 
 namespace hgg {
 namespace {
 
 constexpr ClassId kCar = 10;
-constexpr double kDegree = M_PI / 180;
 
 Pose at(double x, double yaw_deg = 0) {
   Pose T = Pose::Identity();
@@ -107,14 +107,14 @@ struct Scene {
     }
   }
 
-  std::vector<KeyframeEdge> ties(const Pose& T_map_body, const Travel& travel = {0.01, 0.001, false}) const {
-    return tiesOf(T_map_body, map, local, alignment, travel, {});
+  std::vector<BetweenConstraint> ties(const Pose& T_map_body, const Travel& travel = {0.01, 0.001, false}) const {
+    return betweenConstraints(T_map_body, map, local, alignment, travel, {});
   }
 };
 
-std::vector<KeyframeId> endsOf(const std::vector<KeyframeEdge>& ties) {
+std::vector<KeyframeId> endsOf(const std::vector<BetweenConstraint>& ties) {
   std::vector<KeyframeId> ends;
-  for (const KeyframeEdge& tie : ties) {
+  for (const BetweenConstraint& tie : ties) {
     ends.push_back(tie.a);
   }
   return ends;
@@ -123,9 +123,9 @@ std::vector<KeyframeId> endsOf(const std::vector<KeyframeEdge>& ties) {
 TEST(TiesOf, GoToTheLastKeyframeAndToTheTwoThatMostLeavesBelongTo) {
   const Scene scene({20, 50, 5, 70, 30, 90});
   const Pose T = at(18, 30);
-  const auto ties = scene.ties(T);
+  const auto ties = scene.constraints(T);
   EXPECT_EQ(endsOf(ties), (std::vector<KeyframeId>{5, 3, 1}));  // the last one has most and its tie already
-  for (const KeyframeEdge& tie : ties) {
+  for (const BetweenConstraint& tie : ties) {
     const Pose& T_map_a = scene.map.keyframes().poses()[static_cast<std::size_t>(tie.a)].T_map_body;
     EXPECT_TRUE((T_map_a * tie.T_a_b).isApprox(T, 1e-12));
     EXPECT_FALSE(tie.is_loop);
@@ -137,8 +137,8 @@ TEST(TiesOf, GoToTheLastKeyframeAndToTheTwoThatMostLeavesBelongTo) {
 }
 
 TEST(TiesOf, FewLeavesTieNothing) {
-  EXPECT_EQ(endsOf(Scene({9, 0, 100}).ties(at(9))), (std::vector<KeyframeId>{2}));
-  EXPECT_EQ(endsOf(Scene({12, 0, 100}).ties(at(9))), (std::vector<KeyframeId>{2, 0}));
+  EXPECT_EQ(endsOf(Scene({9, 0, 100}).constraints(at(9))), (std::vector<KeyframeId>{2}));
+  EXPECT_EQ(endsOf(Scene({12, 0, 100}).constraints(at(9))), (std::vector<KeyframeId>{2, 0}));
 }
 
 TEST(TiesOf, NodesOfNoKeyframeTieNothing) {
@@ -149,22 +149,22 @@ TEST(TiesOf, NodesOfNoKeyframeTieNothing) {
     nodes.back().anchor = -1;
   }
   scene.map = Map::restore(nodes, scene.map.keyframes(), {}, 1);
-  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+  EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
 }
 
 TEST(TiesOf, WhatTheMapDoesNotHoldIsTiedToTheLastKeyframeOnly) {
   Scene scene({50, 50, 50});
   scene.alignment.degenerate_directions = {alongX()};
-  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+  EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
   scene.alignment.degenerate_directions.clear();
   scene.alignment.leaf_pairs = 0;
-  EXPECT_EQ(endsOf(scene.ties(at(9))), (std::vector<KeyframeId>{2}));
+  EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
 }
 
-TEST(TiesOf, AnEmptyMapTiesNothing) { EXPECT_TRUE(tiesOf(at(1), {}, {}, {}, {}, {}).empty()); }
+TEST(TiesOf, AnEmptyMapTiesNothing) { EXPECT_TRUE(betweenConstraints(at(1), {}, {}, {}, {}, {}).empty()); }
 
 TEST(TiesOf, NoTieIsWithoutError) {
-  for (const KeyframeEdge& tie : Scene({50}).ties(at(3), {})) {
+  for (const BetweenConstraint& tie : Scene({50}).constraints(at(3), {})) {
     EXPECT_GT(tie.sigma, 0);
     EXPECT_GT(tie.sigma_turn, 0);
   }
@@ -174,24 +174,24 @@ TEST(TiesOf, AfterAJumpWhatWasAlignedWithTiesAloneOrElseTheNearestKeyframe) {
   Scene scene({0, 0, 0, 0, 0, 50});
   scene.alignment.leaf_pairs = 0;
   const Travel jumped{0.3, 3 * kDegree, true};
-  EXPECT_EQ(endsOf(scene.ties(at(4), jumped)), (std::vector<KeyframeId>{1}));
-  EXPECT_EQ(scene.ties(at(4), jumped)[0].sigma, 0.3);
-  EXPECT_EQ(endsOf(scene.ties(at(-50), jumped)), (std::vector<KeyframeId>{0}));
+  EXPECT_EQ(endsOf(scene.constraints(at(4), jumped)), (std::vector<KeyframeId>{1}));
+  EXPECT_EQ(scene.constraints(at(4), jumped)[0].sigma, 0.3);
+  EXPECT_EQ(endsOf(scene.constraints(at(-50), jumped)), (std::vector<KeyframeId>{0}));
   scene.alignment.leaf_pairs = 100;
-  EXPECT_EQ(endsOf(scene.ties(at(4), jumped)), (std::vector<KeyframeId>{5}));
-  EXPECT_NEAR(scene.ties(at(4), jumped)[0].sigma, 0.05, 1e-12);
+  EXPECT_EQ(endsOf(scene.constraints(at(4), jumped)), (std::vector<KeyframeId>{5}));
+  EXPECT_NEAR(scene.constraints(at(4), jumped)[0].sigma, 0.05, 1e-12);
 }
 
 TEST(TiesOf, AfterAJumpTheMapTiesInWhatItHoldsAndTheGuessInTheRest) {
   Scene scene({50, 0, 0});
   const Travel jumped{0.3, 3 * kDegree, true};
   scene.alignment.degenerate_directions = {alongX()};
-  auto ties = scene.ties(at(6), jumped);
+  auto ties = scene.constraints(at(6), jumped);
   ASSERT_EQ(endsOf(ties), (std::vector<KeyframeId>{0}));
   EXPECT_EQ(ties[0].sigma, 0.3);
   EXPECT_NEAR(ties[0].sigma_turn, 0.2 * kDegree, 1e-12);
   scene.alignment.degenerate_directions = {aroundZ()};
-  ties = scene.ties(at(6), jumped);
+  ties = scene.constraints(at(6), jumped);
   EXPECT_NEAR(ties[0].sigma, 0.05, 1e-12);
   EXPECT_EQ(ties[0].sigma_turn, 3 * kDegree);
 }

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "alignment/assignment.h"
-#include "alignment/comparison.h"
+#include "place/comparison.h"
 
 namespace hgg {
 

@@ -1,11 +1,13 @@
-#include "alignment/zero_shot.h"
+#include "place/zero_shot.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "core/se3.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
@@ -13,9 +15,8 @@ namespace {
 constexpr std::size_t kMaxCandidates = 6000;
 constexpr std::size_t kPlaces = 8;            // registered and weighed
 constexpr std::size_t kPlacesWithPrior = 40;  // of which those within the prior are
-constexpr double kDegree = std::numbers::pi / 180;
-constexpr double kTilt = 2.5 * kDegree;  // of either map, standard deviation
-constexpr double kRobustScale = 2;       // standard deviations
+constexpr double kTilt = 2.5 * kDegree;       // of either map, standard deviation
+constexpr double kRobustScale = 2;            // standard deviations
 constexpr std::size_t kMostSurfaces = 1200;
 /// Surfaces share the errors of their maps: together they count as this many independent ones.
 constexpr double kEffectiveSurfaces = 400;
@@ -31,8 +32,6 @@ constexpr double kMaxDeviation = 0.3;  // m
 constexpr double kMaxTurnDeviation = 1.0 * kDegree;
 constexpr double kUnheld = 100;  // m; beyond it a deviation is no figure to report
 constexpr double kUnheldTurn = 180 * kDegree;
-
-double square(double x) { return x * x; }
 
 /// A place that was registered and weighed.
 struct Place {
@@ -108,8 +107,7 @@ Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
 
 bool isWithin(const PlacePrior& prior, const Pose& T_a_b) {
   const Pose off = T_a_b * prior.T_a_b.inverse();
-  return (T_a_b * prior.centre_b - prior.T_a_b * prior.centre_b).norm() <= prior.distance &&
-         Eigen::AngleAxisd(off.linear()).angle() <= prior.turn;
+  return (T_a_b * prior.centre_b - prior.T_a_b * prior.centre_b).norm() <= prior.distance && turnOf(off) <= prior.turn;
 }
 
 /// The place that odometry names, with the things that then meet.
@@ -155,8 +153,7 @@ std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candid
 /// Standard deviations in the directions least known: translation at the centre of map b (m) and turn (rad).
 std::pair<double, double> worstDeviations(const Registration& found, const Vec3& centre_b) {
   const Vec3 arm = found.T_map_body.linear() * centre_b;
-  Mat6 at_centre = Mat6::Identity();  // from a change at the centre to the tangent, which is about b's origin
-  at_centre.topRightCorner<3, 3>() << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  const Mat6 at_centre = tangentTransport(-arm);  // from a change at the centre to the tangent, about b's origin
   const Mat6 information = at_centre.transpose() * found.information * at_centre + 1e-9 * Mat6::Identity();
   const Mat6 cov = information.inverse();
   const auto worst = [](const Mat3& m) {
@@ -165,7 +162,7 @@ std::pair<double, double> worstDeviations(const Registration& found, const Vec3&
   return {worst(cov.topLeftCorner<3, 3>()), worst(cov.bottomRightCorner<3, 3>())};
 }
 
-Vec3 centreOf(const MapView& view) {
+Vec3 centreOf(const ComparisonSide& view) {
   Vec3 centre = Vec3::Zero();
   for (const Landmark& l : view.landmarks) {
     centre += l.mean / static_cast<double>(view.landmarks.size());

@@ -1,4 +1,4 @@
-#include "creation/neighborhood.h"
+#include "core/neighborhood.h"
 
 #include <gtest/gtest.h>
 

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "alignment/evidence.h"
 #include "alignment/registration.h"
 #include "core/classes.h"
 #include "map/map.h"
+#include "place/evidence.h"
 
 namespace hgg {
 

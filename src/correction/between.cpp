@@ -1,14 +1,15 @@
-#include "correction/ties.h"
+#include "correction/between.h"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
+
+#include "core/se3.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180;
 /// A keyframe's worth of motion.
 constexpr double kStep = 2, kStepTurn = 20 * kDegree;  // m, rad
 /// What alignment loses in it, as a share of a leaf's size and in turn: 0.35 m and 0.3 degrees in 100 m of street.
@@ -16,8 +17,8 @@ constexpr double kLossShare = 0.05, kTurnLoss = 0.04 * kDegree;
 /// How well a frame lies on what it was aligned with.
 constexpr double kFitShare = 0.125, kFitTurn = 0.2 * kDegree;
 constexpr double kLost = 0.3, kLostTurn = 3 * kDegree;  // after a jump
-constexpr std::size_t kMostTies = 2;
-constexpr double kTieShare = 0.1;  // of the leaves that were aligned
+constexpr std::size_t kMostAnchors = 2;
+constexpr double kAnchorShare = 0.1;  // of the leaves that were aligned
 
 /// What of the pose the map does not hold.
 struct Unheld {
@@ -57,12 +58,12 @@ std::vector<KeyframeId> anchorsOf(const Map& map, const LocalGraph& local, const
   }
   std::vector<std::pair<double, KeyframeId>> ranked;
   for (const auto& [anchor, count] : leaves_of) {
-    if (anchor >= 0 && anchor != tied && count >= kTieShare * leaves) {
+    if (anchor >= 0 && anchor != tied && count >= kAnchorShare * leaves) {
       ranked.emplace_back(-count, anchor);
     }
   }
   std::sort(ranked.begin(), ranked.end());
-  ranked.resize(std::min(ranked.size(), kMostTies));
+  ranked.resize(std::min(ranked.size(), kMostAnchors));
   std::vector<KeyframeId> anchors;
   for (const auto& [count, anchor] : ranked) {
     anchors.push_back(anchor);
@@ -77,7 +78,7 @@ Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& 
   if (is_jump) {
     return {std::hypot(travel.sigma, kLost), std::hypot(travel.sigma_turn, kLostTurn), true};
   }
-  const double way = T_last_body.translation().norm(), turn = Eigen::AngleAxisd(T_last_body.linear()).angle();
+  const double way = T_last_body.translation().norm(), turn = turnOf(T_last_body);
   const double steps = std::sqrt(way / kStep + turn / kStepTurn);
   const AlignmentConfig& odometry = config.alignment;
   const double by_odometry = odometry.odometry_drift * way;
@@ -89,20 +90,21 @@ Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& 
           travel.jumped};
 }
 
-std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const LocalGraph& local,
-                                 const Alignment& alignment, const Travel& travel, const Config& config) {
+std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const Map& map, const LocalGraph& local,
+                                                  const Alignment& alignment, const Travel& travel,
+                                                  const Config& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   if (poses.empty()) {
     return {};
   }
-  const auto tieTo = [&](KeyframeId k, double sigma, double sigma_turn) {
+  const auto constraintTo = [&](KeyframeId k, double sigma, double sigma_turn) {
     const Pose T_k_body = poses[static_cast<std::size_t>(k)].T_map_body.inverse() * T_map_body;
-    return KeyframeEdge{k, -1, T_k_body, std::max(sigma, 1e-4), std::max(sigma_turn, 1e-5), false};
+    return BetweenConstraint{k, -1, T_k_body, std::max(sigma, 1e-4), std::max(sigma_turn, 1e-5), false};
   };
   const KeyframeId last = map.keyframes().last();
-  std::vector<KeyframeEdge> ties;
+  std::vector<BetweenConstraint> constraints;
   if (!travel.jumped) {
-    ties.push_back(tieTo(last, travel.sigma, travel.sigma_turn));
+    constraints.push_back(constraintTo(last, travel.sigma, travel.sigma_turn));
   }
   const Unheld unheld = unheldOf(alignment);
   const bool is_held = !unheld.position && !unheld.turn;  // else it drifts from all of the map, not by this step only
@@ -110,13 +112,13 @@ std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const L
     const double sigma = unheld.position ? travel.sigma : kFitShare * config.map.leaf_size;
     const double sigma_turn = unheld.turn ? travel.sigma_turn : kFitTurn;
     for (const KeyframeId anchor : anchorsOf(map, local, alignment, travel.jumped ? -1 : last)) {
-      ties.push_back(tieTo(anchor, sigma, sigma_turn));
+      constraints.push_back(constraintTo(anchor, sigma, sigma_turn));
     }
   }
-  if (ties.empty()) {
-    ties.push_back(tieTo(nearestActive(map, T_map_body.translation()), travel.sigma, travel.sigma_turn));
+  if (constraints.empty()) {
+    constraints.push_back(constraintTo(nearestActive(map, T_map_body.translation()), travel.sigma, travel.sigma_turn));
   }
-  return ties;
+  return constraints;
 }
 
 }  // namespace hgg

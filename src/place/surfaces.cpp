@@ -1,4 +1,4 @@
-#include "alignment/surfaces.h"
+#include "place/surfaces.h"
 
 #include <algorithm>
 #include <cmath>

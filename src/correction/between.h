@@ -23,7 +23,8 @@ Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& 
 /// Ties of a keyframe at T_map_body to the last one, and to the keyframes that most of what it was aligned with is
 /// anchored to. After a jump, or in a stored map, the way from the last one is not known: only where in the map the
 /// robot is. Then what it was aligned with ties it alone, or else the nearest keyframe.
-std::vector<KeyframeEdge> tiesOf(const Pose& T_map_body, const Map& map, const LocalGraph& local,
-                                 const Alignment& alignment, const Travel& travel, const Config& config);
+std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const Map& map, const LocalGraph& local,
+                                                  const Alignment& alignment, const Travel& travel,
+                                                  const Config& config);
 
 }  // namespace hgg

@@ -1,22 +1,22 @@
-#include "alignment/consistency.h"
+#include "place/consistency.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <numbers>
 #include <unordered_set>
+
+#include "core/units.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kDeviations = 2.5;        // tolerance of a coordinate, standard deviations
-constexpr double kBend = 0.01;             // maps bend by this share of a distance
-constexpr double kTilt = 5.0 * kPi / 180;  // how far from upright either map may be
-constexpr double kDistinct = 1.0;          // m
-constexpr double kDistinctYaw = 5.0 * kPi / 180;
+constexpr double kDeviations = 2.5;    // tolerance of a coordinate, standard deviations
+constexpr double kBend = 0.01;         // maps bend by this share of a distance
+constexpr double kTilt = 5 * kDegree;  // how far from upright either map may be
+constexpr double kDistinct = 1.0;      // m
+constexpr double kDistinctYaw = 5 * kDegree;
 constexpr std::size_t kSeeds = 1500;  // pairs that cliques are sought around, heaviest first
 constexpr std::size_t kPlacesOfSeed = 3;
 constexpr std::size_t kTries = 40;  // places fitted for each one asked for
@@ -25,8 +25,6 @@ constexpr std::size_t kLabels = 65536;
 constexpr std::size_t kNeighbors = 3;   // of its own class, that tell a landmark from others
 constexpr double kAlikeDistance = 0.3;  // m, of neighbours' distances, seen in two maps
 constexpr double kAlikeSize = 0.2;      // of the size, seen in two maps
-
-double square(double x) { return x * x; }
 
 double varianceOf(const Landmark& a, const Landmark& b) { return square(a.sigma) + square(b.sigma); }
 

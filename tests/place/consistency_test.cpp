@@ -1,4 +1,4 @@
-#include "alignment/consistency.h"
+#include "place/consistency.h"
 
 #include <gtest/gtest.h>
 
