@@ -25,9 +25,11 @@ std::vector<MapNode> carsAround(std::int64_t count, double inner_radius, double 
     car.belief = {Vec3(radius * std::cos(bearing), radius * std::sin(bearing), 0),
                   Vec3(1.5, 0.3, 0.2).asDiagonal().toDenseMatrix(), 1000};
     car.T_map_object.translation() = car.belief.mean;
+    Leaves leaves;
     for (int leaf = 0; leaf < 20; ++leaf) {
-      car.leaves.push_back(packLeaf({Vec3(0.2 * leaf - 2, 0, 0), 0.01 * Mat3::Identity(), 50}));
+      leaves.push_back(packLeaf({Vec3(0.2 * leaf - 2, 0, 0), 0.01 * Mat3::Identity(), 50}));
     }
+    car.geometry = shareLeaves(std::move(leaves));
     cars.push_back(car);
   }
   return cars;

@@ -153,7 +153,7 @@ void ApplyCorrection(benchmark::State& state) {
       node.id = static_cast<NodeId>(nodes.size()) + 1;
       node.anchor = k;
       node.belief = {T * Vec3(normal(random, 5), normal(random, 5), 1), 0.1 * Mat3::Identity(), 100};
-      node.leaves.resize(5);
+      node.geometry = shareLeaves(Leaves(5));
       nodes.push_back(node);
     }
   }

@@ -195,7 +195,7 @@ int info(const Options& o) {
       continue;
     }
     Row& row = rows[node.label];
-    ++row.nodes, row.leaves += node.leaves.size(), row.kappa += node.belief.kappa, row.stuff = node.stuff;
+    ++row.nodes, row.leaves += leavesOf(node).size(), row.kappa += node.belief.kappa, row.stuff = node.stuff;
     box.extend(node.belief.mean);
   }
   fmt::print(

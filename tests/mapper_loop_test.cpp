@@ -119,7 +119,7 @@ struct Look {
 std::map<NodeId, Look> looksOf(const Map& map) {
   std::map<NodeId, Look> looks;
   for (const auto& [id, n] : map.nodes()) {
-    const std::string leaves(reinterpret_cast<const char*>(n.leaves.data()), n.leaves.size() * sizeof(Leaf));
+    const std::string leaves(reinterpret_cast<const char*>(leavesOf(n).data()), leavesOf(n).size() * sizeof(Leaf));
     looks[id] = {n.belief.mean, n.belief.cov,    n.belief.kappa, n.T_map_object.matrix(),
                  n.views,       n.classes.views, leaves};
   }

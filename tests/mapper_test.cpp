@@ -83,7 +83,7 @@ TEST(Mapper, SeesEachObjectOnceAndWhereItIs) {
     EXPECT_EQ(node.belief.kappa, 12 * 1500);
     // A uniform box has the variance half^2 / 3 along each axis.
     EXPECT_LE((node.belief.cov.diagonal() - thing.half.cwiseAbs2() / 3).norm(), 0.03);
-    EXPECT_GT(node.leaves.size(), 1U);
+    EXPECT_GT(leavesOf(node).size(), 1U);
   }
 }
 

@@ -96,7 +96,7 @@ inline std::vector<MapNode> nodesOfWorld(const World& world, const Pose& T_world
         node.belief = belief;
         nodes.push_back(node);
       }
-      nodes[stuff ? tiles[tile] : nodes.size() - 1].leaves.push_back(packLeaf(belief));  // T_map_object is identity
+      addLeaf(nodes[stuff ? tiles[tile] : nodes.size() - 1], packLeaf(belief));  // T_map_object is identity
     }
   }
   return nodes;

@@ -81,7 +81,7 @@ Json statsOf(const RunStats& stats, const RunCounters& counters, const Map& map)
 TEST(RunStats, JsonHasTheDocumentedKeys) {
   std::mt19937 random(2);
   MapNode car = nodeAt(10, Vec3(0, 0, 0));
-  car.leaves.assign(5, randomLeaf(random));
+  car.geometry = shareLeaves(Leaves(5, randomLeaf(random)));
   const Map map = mapOf({car, nodeAt(10, Vec3(5, 0, 0))});
   RunStats stats;
   stats.add({30, {{"decode", 5}, {"creation", 20}, {"update", 4}}}, 0.5);

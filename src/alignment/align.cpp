@@ -69,7 +69,7 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
     const LocalObject& object = local.objects[static_cast<std::size_t>(pairs[p].local)];
     const MapNode& node = *nodes[p];
     const Belief seen = transform(object.T_body_object, object.leaves[static_cast<std::size_t>(match.local)]);
-    const Belief known = transform(node.T_map_object, unpackLeaf(node.leaves[static_cast<std::size_t>(match.map)]));
+    const Belief known = transform(node.T_map_object, unpackLeaf(leavesOf(node)[static_cast<std::size_t>(match.map)]));
     gaussians.push_back({seen.mean, regularized(seen.cov), known.mean, regularized(known.cov)});
   }
   return gaussians;

@@ -132,7 +132,7 @@ constexpr int kStructureRounds = 2;  // h of the features
 Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {
   std::vector<Belief> leaves;
   std::vector<Vec3> means;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     leaves.push_back(unpackLeaf(leaf));
     means.push_back(leaves.back().mean);
   }
@@ -187,7 +187,7 @@ std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map
     for (std::size_t u = 0; u < object.leaves.size(); ++u, ++leaf) {
       if (leaf % stride == 0) {
         const std::size_t first = candidates.size();
-        addLeafCandidates(node.leaves, (T_node_object * object.leaves[u].mean).cast<float>(), gate,
+        addLeafCandidates(leavesOf(node), (T_node_object * object.leaves[u].mean).cast<float>(), gate,
                           static_cast<int>(rows.size()), columns, candidates);
         rows.push_back({static_cast<int>(p), static_cast<int>(u), 0});
         for (std::size_t k = first; k < candidates.size(); ++k) {
@@ -196,7 +196,7 @@ std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map
       }
     }
     first_columns.push_back(columns);
-    columns += static_cast<int>(node.leaves.size());
+    columns += static_cast<int>(leavesOf(node).size());
   }
   std::vector<LeafPair> found;
   for (const Candidate& c : assignSparse(candidates, static_cast<double>(gate * gate))) {

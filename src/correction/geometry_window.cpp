@@ -40,7 +40,7 @@ struct Sample {
 
 /// EM lays evidence on other leaves and makes none: all of it was counted when the frames were fused. What no point of
 /// the window has touched stays as it is, the others share the evidence that they had.
-std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const Sample& sample, EmOptions options) {
+Leaves refined(const Leaves& leaves, const Sample& sample, EmOptions options) {
   std::vector<Belief> start;
   start.reserve(leaves.size());
   for (const Leaf& leaf : leaves) {
@@ -62,7 +62,7 @@ std::vector<Leaf> refined(const std::vector<Leaf>& leaves, const Sample& sample,
   if (has <= 0) {
     return leaves;
   }
-  std::vector<Leaf> out;
+  Leaves out;
   out.reserve(found.size());
   for (std::size_t k = 0; k < found.size(); ++k) {
     if (!isTouched(k)) {
@@ -119,7 +119,7 @@ std::vector<MapNode> GeometryWindow::refine(const Map& map, const Config& config
   std::vector<MapNode> nodes;
   for (const auto& [id, sample] : samples) {
     nodes.push_back(*map.find(id));
-    nodes.back().leaves = refined(nodes.back().leaves, sample, options);
+    nodes.back().geometry = shareLeaves(refined(leavesOf(nodes.back()), sample, options));
   }
   return nodes;
 }

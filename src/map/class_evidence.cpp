@@ -57,10 +57,11 @@ double shareIn(const Window& window, const Window& leaf) {
 }
 
 std::vector<Window> windowsOf(const MapNode& node, double sigma_floor) {
-  const std::size_t stride = (node.leaves.size() + kMostLeaves - 1) / kMostLeaves;
+  const Leaves& leaves = leavesOf(node);
+  const std::size_t stride = (leaves.size() + kMostLeaves - 1) / kMostLeaves;
   std::vector<Window> windows;
-  for (std::size_t v = 0; v < node.leaves.size(); v += stride) {
-    windows.push_back(windowOf(node.T_map_object, unpackLeaf(node.leaves[v]), sigma_floor));
+  for (std::size_t v = 0; v < leaves.size(); v += stride) {
+    windows.push_back(windowOf(node.T_map_object, unpackLeaf(leaves[v]), sigma_floor));
   }
   return windows;
 }
@@ -151,7 +152,7 @@ double viewWeight(const Pose& T_last_body) {
 
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
   std::vector<Window> windows;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     windows.push_back(windowOf(node.T_map_object, unpackLeaf(leaf), sigma_floor));
   }
   double on = 0, all = 0;

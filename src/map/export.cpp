@@ -50,7 +50,7 @@ Json toJson(const MapNode& node, const std::string& name) {
   j["last_us"] = node.last_us;
   j["views"] = node.views;
   j["geometry"] = Json::array();
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
     j["geometry"].push_back({{"mean", toJson(b.mean)}, {"cov", toJson(b.cov)}, {"kappa", b.kappa}});
   }
@@ -108,7 +108,7 @@ std::string exportJson(const StoredMap& stored) {
 std::string exportPly(const StoredMap& stored) {
   std::size_t leaves = 0;
   for (const auto& [id, node] : stored.map.nodes()) {
-    leaves += isConfirmed(node) ? node.leaves.size() : 0;
+    leaves += isConfirmed(node) ? leavesOf(node).size() : 0;
   }
   std::string out = fmt::format(
       "ply\nformat binary_little_endian 1.0\ncomment hggmap: one vertex a leaf Gaussian, map frame, metres\nelement "
@@ -123,7 +123,7 @@ std::string exportPly(const StoredMap& stored) {
       continue;
     }
     const std::array<std::uint8_t, 3> rgb = colourOf(node.label);
-    for (const Leaf& leaf : node.leaves) {
+    for (const Leaf& leaf : leavesOf(node)) {
       const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
       const Eigen3 e = eigenSymmetric(b.cov);
       for (const Vec3& v : {b.mean, Vec3(e.vectors.col(0)), Vec3(e.values.cwiseMax(0).cwiseSqrt())}) {

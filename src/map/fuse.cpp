@@ -27,7 +27,7 @@ MapNode createNode(const LocalObject& object, const Pose& T_map_body, Micros uti
   node.tile = object.tile;
   node.belief = transform(T_map_body, object.belief);
   node.T_map_object = T_map_body * object.T_body_object;
-  fuseLeaves(node.leaves, object.leaves, Pose::Identity(), merging.leaf_size, merging.rule);
+  node.geometry = shareLeaves(fuseLeaves({}, object.leaves, Pose::Identity(), merging.leaf_size, merging.rule));
   if (!node.stuff) {
     addViews(node.classes, {{node.label, 1.0F}});
   }
@@ -40,7 +40,8 @@ void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, M
              const Merging& merging) {
   node.belief = merging.rule(node.belief, transform(T_map_body, object.belief));
   const Pose T_node_object = node.T_map_object.inverse() * T_map_body * object.T_body_object;
-  fuseLeaves(node.leaves, object.leaves, T_node_object, merging.leaf_size, merging.rule);
+  node.geometry =
+      shareLeaves(fuseLeaves(leavesOf(node), object.leaves, T_node_object, merging.leaf_size, merging.rule));
   ++node.views;
   node.last_us = std::max(node.last_us, utime_us);
 }
@@ -143,10 +144,10 @@ double surfaceGap(const Belief& a, const Belief& b) {
 /// frame.
 bool touch(const MapNode& a, const MapNode& b, double radius) {
   const Pose T_a_b = a.T_map_object.inverse() * b.T_map_object;
-  return std::any_of(b.leaves.begin(), b.leaves.end(), [&](const Leaf& leaf_b) {
+  return std::ranges::any_of(leavesOf(b), [&](const Leaf& leaf_b) {
     const Belief piece = transform(T_a_b, unpackLeaf(leaf_b));
-    return std::any_of(a.leaves.begin(), a.leaves.end(),
-                       [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
+    return std::ranges::any_of(leavesOf(a),
+                               [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
   });
 }
 
@@ -282,11 +283,12 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
   keep.belief = rule(keep.belief, other.belief);
   addViews(keep.classes, other.classes.views);
   std::vector<Belief> leaves;
-  leaves.reserve(other.leaves.size());
-  for (const Leaf& leaf : other.leaves) {
+  leaves.reserve(leavesOf(other).size());
+  for (const Leaf& leaf : leavesOf(other)) {
     leaves.push_back(unpackLeaf(leaf));
   }
-  fuseLeaves(keep.leaves, leaves, keep.T_map_object.inverse() * other.T_map_object, leaf_size, rule);
+  const Pose T_keep_other = keep.T_map_object.inverse() * other.T_map_object;
+  keep.geometry = shareLeaves(fuseLeaves(leavesOf(keep), leaves, T_keep_other, leaf_size, rule));
   const bool is_later = other.first_us > keep.last_us || keep.first_us > other.last_us;
   keep.views = is_later ? keep.views + other.views : std::max(keep.views, other.views);  // pieces share their views
   keep.first_us = std::min(keep.first_us, other.first_us);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 namespace hgg {
 namespace {
@@ -82,7 +83,7 @@ void addToGrid(LeafGrid& grid, const Leaf& leaf, float leaf_size, MergeRule rule
 }
 
 /// Leaves by the cells they lie in now; merging may have moved some since they were ordered last.
-LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size, MergeRule rule) {
+LeafGrid gridOf(std::span<const Leaf> leaves, float leaf_size, MergeRule rule) {
   LeafGrid grid;
   grid.reserve(leaves.size() + 16);
   for (const Leaf& leaf : leaves) {
@@ -98,17 +99,19 @@ LeafGrid gridOf(const std::vector<Leaf>& leaves, float leaf_size, MergeRule rule
 
 }  // namespace
 
-void fuseLeaves(std::vector<Leaf>& leaves, std::span<const Belief> additions, const Pose& T_leaves_additions,
-                double leaf_size, MergeRule rule) {
+Leaves fuseLeaves(std::span<const Leaf> leaves, std::span<const Belief> additions, const Pose& T_leaves_additions,
+                  double leaf_size, MergeRule rule) {
   const auto size = static_cast<float>(leaf_size);
   LeafGrid grid = gridOf(leaves, size, rule);
   for (const Belief& addition : additions) {
     addToGrid(grid, packLeaf(transform(T_leaves_additions, addition)), size, rule);
   }
-  leaves.clear();
+  Leaves fused;
+  fused.reserve(grid.size());
   for (const KeyedLeaf& k : grid) {
-    leaves.push_back(k.leaf);
+    fused.push_back(k.leaf);
   }
+  return fused;
 }
 
 }  // namespace hgg

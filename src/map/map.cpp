@@ -134,6 +134,52 @@ bool Map::moveNode(MapNode& node, const Pose& move) {
   return is_renamed;
 }
 
+MapPage Map::pageOut(KeyframeId id) {
+  MapPage page{id, {}};
+  const Pose& T_map_keyframe = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
+  PagedOut bounds{T_map_keyframe, 0, isActive(id)};
+  std::vector<NodeId> nodes = anchoredTo(id);
+  std::ranges::sort(nodes);
+  for (const NodeId node : nodes) {
+    bounds.radius = std::max(bounds.radius, (find(node)->belief.mean - T_map_keyframe.translation()).norm());
+    page.nodes.push_back(*find(node));
+    erase(node);
+  }
+  paged_out_[id] = bounds;
+  return page;
+}
+
+MapDelta Map::pageIn(MapPage page) {
+  MapDelta delta;
+  delta.revision = revision_;
+  const PagedOut bounds = paged_out_.at(page.keyframe);
+  paged_out_.erase(page.keyframe);
+  const Pose& T_map_keyframe = keyframes_.poses()[static_cast<std::size_t>(page.keyframe)].T_map_body;
+  const bool is_moved = T_map_keyframe.matrix() != bounds.T_map_keyframe.matrix();
+  for (MapNode& node : page.nodes) {
+    const NodeId id = node.id;
+    insert(std::move(node));
+    if (!bounds.was_active && isActive(page.keyframe)) {
+      delta.reactivated.push_back(id);
+    }
+  }
+  if (is_moved) {
+    moveNodes({{page.keyframe, orthonormalized(T_map_keyframe * bounds.T_map_keyframe.inverse())}}, delta);
+  }
+  return delta;
+}
+
+std::vector<KeyframeId> Map::pagedOutNear(const Vec3& centre, double radius) const {
+  std::vector<KeyframeId> near;
+  for (const auto& [id, bounds] : paged_out_) {
+    const Vec3& p_map = keyframes_.poses()[static_cast<std::size_t>(id)].T_map_body.translation();
+    if ((p_map - centre).norm() <= radius + bounds.radius) {
+      near.push_back(id);
+    }
+  }
+  return near;
+}
+
 void Map::startAt(KeyframeId id) {
   MapDelta nobody_has_seen_it_yet;
   findActive(id, nobody_has_seen_it_yet);
@@ -164,6 +210,14 @@ bool Map::isActive(KeyframeId id) const {
 const MapNode* Map::find(NodeId id) const {
   const auto it = nodes_.find(id);
   return it == nodes_.end() ? nullptr : &it->second;
+}
+
+GeometryBlock Map::geometry(NodeId id) const {
+  const MapNode* const node = find(id);
+  if (node == nullptr || node->geometry == nullptr) {
+    std::abort();  // a caller did not bring back what it reads
+  }
+  return node->geometry;
 }
 
 const MapNode* Map::findTile(ClassId label, const Tile& tile) const {
@@ -271,7 +325,7 @@ void Map::unindex(const MapNode& node) {
 
 void Map::insert(MapNode node) {
   index(node);
-  leaf_count_ += node.leaves.size();
+  leaf_count_ += leavesOf(node).size();
   if (node.anchor >= 0) {
     anchored_.at(static_cast<std::size_t>(node.anchor)).push_back(node.id);
   }
@@ -291,7 +345,7 @@ void Map::erase(NodeId id) {
   if (node.anchor >= 0) {
     std::erase(anchored_[static_cast<std::size_t>(node.anchor)], id);
   }
-  leaf_count_ -= node.leaves.size();
+  leaf_count_ -= leavesOf(node).size();
   nodes_.erase(it);
 }
 

@@ -47,7 +47,13 @@ struct MapDelta {
   std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
 };
 
-/// The global scene graph. Only apply() mutates it.
+/// The nodes anchored to one keyframe, out of the map.
+struct MapPage {
+  KeyframeId keyframe = -1;
+  std::vector<MapNode> nodes;  // ascending by id; where they were when they were paged out
+};
+
+/// The global scene graph. Only apply() changes what it says; paging (map/paging.h) changes what of it is in memory.
 ///
 /// A node is active when its anchor lies within the reach of the last keyframe (KeyframeGraph::driftFrom). What is not
 /// may have drifted so far that a frame would be laid over the wrong part of it: frames meet active nodes only, until a
@@ -61,6 +67,9 @@ class Map {
 
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }
   const MapNode* find(NodeId id) const;
+  /// The leaves of a node, in its object frame. The block stays what it is while the map goes on, so it may be kept or
+  /// handed to another thread. The node must be there and in memory: anything else is a bug and aborts.
+  GeometryBlock geometry(NodeId id) const;
   /// The active node of a tile, the oldest where there are more; nullptr when there is none.
   const MapNode* findTile(ClassId label, const Tile& tile) const;
   /// All of them, ascending: what has moved may have come to lie on another.
@@ -87,6 +96,16 @@ class Map {
   /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
   void startAt(KeyframeId id);
 
+  /// Ids of the nodes in memory that are anchored to a keyframe, in no particular order.
+  const std::vector<NodeId>& anchoredTo(KeyframeId id) const { return anchored_.at(static_cast<std::size_t>(id)); }
+  /// Takes what is anchored to a keyframe out of memory. Edges to it leave the object graph with it.
+  MapPage pageOut(KeyframeId id);
+  /// Puts a page back: its nodes move as far as their keyframe was moved meanwhile. The delta names what has moved, and
+  /// what has to be merged because it lies on something else now or was out of reach before.
+  MapDelta pageIn(MapPage page);
+  /// Keyframes that are paged out and may have a node within `radius` (m) of `centre`, ascending.
+  std::vector<KeyframeId> pagedOutNear(const Vec3& centre, double radius) const;
+
   /// How many of the nodes are believed in.
   std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
@@ -112,6 +131,13 @@ class Map {
     auto operator<=>(const TileKey&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
+  /// Where a keyframe was when its nodes left, how far from it they lie (m), and whether they were active.
+  struct PagedOut {
+    Pose T_map_keyframe = Pose::Identity();
+    double radius = 0;
+    bool was_active = true;
+  };
+
   void insert(MapNode node);
   void erase(NodeId id);
   void index(const MapNode& node);
@@ -128,6 +154,7 @@ class Map {
   KeyframeGraph keyframes_;
   std::vector<bool> active_;                   // keyframes
   std::vector<std::vector<NodeId>> anchored_;  // to each keyframe
+  std::map<KeyframeId, PagedOut> paged_out_;
   double drift_reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;

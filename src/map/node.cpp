@@ -1,28 +1,15 @@
 #include "map/node.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace hgg {
 
-Leaf packLeaf(const Belief& b) {
-  Leaf leaf;
-  for (std::size_t k = 0; k < 3; ++k) {
-    leaf.mean[k] = static_cast<float>(b.mean[static_cast<Eigen::Index>(k)]);
+const Leaves& leavesOf(const MapNode& node) {
+  if (node.geometry == nullptr) {
+    std::abort();  // a caller did not bring back what it reads
   }
-  leaf.cov = {static_cast<float>(b.cov(0, 0)), static_cast<float>(b.cov(1, 1)), static_cast<float>(b.cov(2, 2)),
-              static_cast<float>(b.cov(0, 1)), static_cast<float>(b.cov(0, 2)), static_cast<float>(b.cov(1, 2))};
-  leaf.kappa = static_cast<float>(b.kappa);
-  return leaf;
-}
-
-Belief unpackLeaf(const Leaf& leaf) {
-  Belief b;
-  b.mean = Vec3(leaf.mean[0], leaf.mean[1], leaf.mean[2]);
-  b.cov << leaf.cov[0], leaf.cov[3], leaf.cov[4],  //
-      leaf.cov[3], leaf.cov[1], leaf.cov[5],       //
-      leaf.cov[4], leaf.cov[5], leaf.cov[2];
-  b.kappa = leaf.kappa;
-  return b;
+  return *node.geometry;
 }
 
 Tile tileOf(const Vec3& p_map, double tile_size) {

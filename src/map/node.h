@@ -1,12 +1,11 @@
 #pragma once
 
-#include <array>
 #include <compare>
 #include <cstdint>
-#include <vector>
 
 #include "core/belief.h"
 #include "core/class_belief.h"
+#include "map/geometry.h"
 
 namespace hgg {
 
@@ -24,16 +23,6 @@ Tile tileOf(const Vec3& p_map, double tile_size);
 /// Index into the keyframes of a map, in the order of their making; -1 for none.
 using KeyframeId = std::int32_t;
 
-/// A finer Gaussian of a geometry graph, packed (40 B), in the object frame. cov holds entries 00,11,22,01,02,12.
-struct Leaf {
-  std::array<float, 3> mean{};
-  std::array<float, 6> cov{};
-  float kappa = 0;
-};
-
-Leaf packLeaf(const Belief& belief_object);
-Belief unpackLeaf(const Leaf& leaf);
-
 /// An object node of the map. The object frame T_map_object (origin = mean, axes = eigenvectors of the extent, both at
 /// creation) is a gauge: merges update the belief and leave the frame alone, so no leaf moves because two eigenvalues
 /// crossed.
@@ -44,12 +33,15 @@ struct MapNode {
   Tile tile;      // stuff only
   Belief belief;  // map frame
   Pose T_map_object = Pose::Identity();
-  std::vector<Leaf> leaves;
+  GeometryBlock geometry = noLeaves();  // read through leavesOf()
   ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
   std::int32_t views = 0;  // objects of frames merged into this node
-  KeyframeId anchor = -1;  // the keyframe it was made from: what moves that moves this
+  KeyframeId anchor = -1;  // the keyframe it was made from; the node moves rigidly with it
   Micros first_us = 0, last_us = 0;
 };
+
+/// The node's leaves, which must be in memory: reading those of a node that was paged out is a bug and aborts.
+const Leaves& leavesOf(const MapNode& node);
 
 /// Probability that there is something of the node's class at its place; 1 for stuff, which is taken as it is.
 double existenceOf(const MapNode& node);

@@ -115,7 +115,7 @@ ComparisonSide viewOf(const Map& map, const Relabelling& relabelling) {
     }
     view.nodes.push_back(&node);
     const std::size_t first = view.surfaces.size();
-    for (const Leaf& leaf : node.leaves) {
+    for (const Leaf& leaf : leavesOf(node)) {
       const Belief belief = transform(node.T_map_object, unpackLeaf(leaf));
       sizes.push_back(std::sqrt(belief.cov.trace()));
       view.surfaces.push_back(surfaceOf(belief, label));

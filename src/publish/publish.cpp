@@ -17,7 +17,7 @@ ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
   out.existence = existenceOf(node);
   out.class_probability = node.stuff ? 1 : weightOf(classProbabilities(node.classes), node.label);
   out.views = node.views;
-  out.leaves = static_cast<std::int32_t>(node.leaves.size());
+  out.leaves = static_cast<std::int32_t>(leavesOf(node).size());
   out.first_us = node.first_us;
   out.last_us = node.last_us;
   return out;

@@ -39,7 +39,7 @@ std::vector<ObjectPair> match(const LocalGraph& local, const Map& map, const Con
 TEST(FineCorrespondence, StructureDecidesBetweenLeavesWhereItIsAskedFor) {
   const Mat3 plate = Vec3(0.04, 0.04, 0.0001).asDiagonal(), ball = 0.02 * Mat3::Identity();
   MapNode node = nodeAt(kCar, Vec3(5, 0, 0));
-  node.leaves = {packLeaf({Vec3(0.1, 0, 0), ball, 50}), packLeaf({Vec3(0.3, 0, 0), plate, 50})};
+  node.geometry = shareLeaves({packLeaf({Vec3(0.1, 0, 0), ball, 50}), packLeaf({Vec3(0.3, 0, 0), plate, 50})});
   LocalObject car = objectAt(kCar, Vec3(5, 0, 0));
   car.leaves = {{Vec3(0.12, 0, 0), plate, 50}, {Vec3(0.28, 0, 0), ball, 50}};
   car.leaf_edges = {{0, 1}};

@@ -47,8 +47,8 @@ MapNode corner(NodeId id, std::mt19937& random, double kappa = 100) {
   node.belief = randomBelief(random, 10);
   node.T_map_object = randomPose(random, 10);
   for (int n = 0; n < 24; ++n) {
-    node.leaves.push_back(packLeaf({onCorner(random) + randomVector(random, kBlur),
-                                    Vec3(0.25, 0.25, 0.25).asDiagonal() * kBlur * kBlur * 4, kappa}));
+    addLeaf(node, packLeaf({onCorner(random) + randomVector(random, kBlur),
+                            Vec3(0.25, 0.25, 0.25).asDiagonal() * kBlur * kBlur * 4, kappa}));
   }
   return node;
 }
@@ -88,7 +88,7 @@ bool sameLeaves(const std::vector<Leaf>& a, const std::vector<Leaf>& b) {
 
 double evidenceOf(const MapNode& node) {
   double sum = 0;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     sum += leaf.kappa;
   }
   return sum;
@@ -97,7 +97,7 @@ double evidenceOf(const MapNode& node) {
 /// Mean distance (root mean square) of what leaves stand for to the nearer wall, by evidence.
 double thicknessOf(const MapNode& node) {
   double sum = 0;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     const Belief b = unpackLeaf(leaf);
     const double to_x = b.mean.x() * b.mean.x() + b.cov(0, 0), to_y = b.mean.y() * b.mean.y() + b.cov(1, 1);
     sum += b.kappa * std::sqrt(std::min(to_x, to_y));
@@ -149,7 +149,7 @@ TEST(GeometryWindow, RefinesLeavesAndNothingElse) {
     EXPECT_EQ(node.views, was.views);
     EXPECT_EQ(node.anchor, was.anchor);
     const bool is_refined = std::ranges::any_of(nodes, [id = id](const MapNode& n) { return n.id == id; });
-    EXPECT_EQ(sameLeaves(node.leaves, was.leaves), !is_refined) << id;
+    EXPECT_EQ(sameLeaves(leavesOf(node), leavesOf(was)), !is_refined) << id;
   }
   ASSERT_EQ(scene.map.keyframes().poses().size(), before.keyframes().poses().size());
   for (std::size_t k = 0; k < before.keyframes().poses().size(); ++k) {
@@ -213,12 +213,12 @@ TEST(GeometryWindow, KeepsTheEvidenceOfANode) {
 TEST(GeometryWindow, SurfaceOutOfViewStaysBitForBit) {
   Scene scene(1, 5);  // little evidence beside the many points: none of it would be left
   MapNode node = *scene.map.find(1);
-  const std::size_t seen = node.leaves.size();
+  const std::size_t seen = leavesOf(node).size();
   for (int n = 0; n < 10; ++n) {
-    node.leaves.push_back(packLeaf({Vec3(30 + n, 30, 0), 0.01 * Mat3::Identity(), n == 0 ? 1.0 : 1000.0}));
+    addLeaf(node, packLeaf({Vec3(30 + n, 30, 0), 0.01 * Mat3::Identity(), n == 0 ? 1.0 : 1000.0}));
   }
   const auto isUnseen = [](const Leaf& leaf) { return leaf.mean[0] > 20; };
-  std::vector<Leaf> before(node.leaves.begin() + static_cast<std::ptrdiff_t>(seen), node.leaves.end());
+  std::vector<Leaf> before(leavesOf(node).begin() + static_cast<std::ptrdiff_t>(seen), leavesOf(node).end());
   scene.map = Map::restore({node}, keyframes(40), {}, 1);
   int turns = 0;
   for (int k = 0; k < 40; ++k) {
@@ -231,7 +231,7 @@ TEST(GeometryWindow, SurfaceOutOfViewStaysBitForBit) {
   }
   EXPECT_GE(turns, 5);
   std::vector<Leaf> after;
-  std::ranges::copy_if(scene.map.find(1)->leaves, std::back_inserter(after), isUnseen);
+  std::ranges::copy_if(*scene.map.geometry(1), std::back_inserter(after), isUnseen);
   EXPECT_TRUE(sameLeaves(before, after));
 }
 
@@ -266,7 +266,7 @@ TEST(GeometryWindow, PointsGoWithTheirKeyframe) {
   }
   const auto meanOf = [](const MapNode& node) {
     Vec3 mean = Vec3::Zero();
-    for (const Leaf& leaf : node.leaves) {
+    for (const Leaf& leaf : leavesOf(node)) {
       mean += leaf.kappa / evidenceOf(node) * (node.T_map_object * unpackLeaf(leaf).mean);
     }
     return mean;
@@ -302,8 +302,8 @@ TEST(GeometryWindow, AFrameOfNoMorePointsThanAllowedIsUsedWhole) {
   const auto all = refinedBy(scene, seen, 1, 20000), enough = refinedBy(scene, seen, 1, 300),
              fewer = refinedBy(scene, seen, 1, 299);
   ASSERT_EQ(all.size(), 1U);
-  EXPECT_TRUE(sameLeaves(all[0].leaves, enough[0].leaves));
-  EXPECT_FALSE(sameLeaves(all[0].leaves, fewer[0].leaves));
+  EXPECT_TRUE(sameLeaves(leavesOf(all[0]), leavesOf(enough[0])));
+  EXPECT_FALSE(sameLeaves(leavesOf(all[0]), leavesOf(fewer[0])));
 }
 
 TEST(GeometryWindow, OfMorePointsEveryNthIsUsedAndWeighsN) {
@@ -321,8 +321,8 @@ TEST(GeometryWindow, OfMorePointsEveryNthIsUsedAndWeighsN) {
   const auto strided = refinedBy(scene, seen, 1, 100), again = refinedBy(scene, seen, 1, 100),
              picked = refinedBy(scene, third, 3, 20000);
   ASSERT_EQ(strided.size(), 1U);
-  EXPECT_TRUE(sameLeaves(strided[0].leaves, again[0].leaves));
-  EXPECT_TRUE(sameLeaves(strided[0].leaves, picked[0].leaves));
+  EXPECT_TRUE(sameLeaves(leavesOf(strided[0]), leavesOf(again[0])));
+  EXPECT_TRUE(sameLeaves(leavesOf(strided[0]), leavesOf(picked[0])));
 }
 
 TEST(GeometryWindow, EmptyFramesAreFrames) {
@@ -349,17 +349,17 @@ TEST(GeometryWindow, ANodeRemovedSinceIsSkipped) {
   const auto after = scene.window.refine(scene.map, {});
   ASSERT_EQ(after.size(), 1U);
   EXPECT_EQ(after[0].id, before[1].id);
-  EXPECT_TRUE(sameLeaves(after[0].leaves, before[1].leaves));
+  EXPECT_TRUE(sameLeaves(leavesOf(after[0]), leavesOf(before[1])));
 }
 
 TEST(GeometryWindow, ANodeWithoutLeavesStaysWithout) {
   Scene scene(1);
   const Seen seen = seenFrom(scene.map, 4, 50, scene.random);
   MapNode bare = *scene.map.find(1);
-  bare.leaves.clear();
+  bare.geometry = noLeaves();
   scene.map = Map::restore({bare}, scene.map.keyframes(), {}, 1);
   for (const MapNode& node : refinedBy(scene, seen, 1, 20000)) {
-    EXPECT_TRUE(node.leaves.empty());
+    EXPECT_TRUE(leavesOf(node).empty());
   }
 }
 

@@ -53,7 +53,7 @@ struct DriftingDrive {
       poles.push_back(nodeAt(kPole, Vec3(10, 0, 0) + randomVector(random, 12), 0.1, keyframes * kKappa));
       poles.back().id = i + 1;
       poles.back().anchor = 0;
-      poles.back().leaves = {randomLeaf(random), randomLeaf(random), randomLeaf(random)};
+      poles.back().geometry = shareLeaves({randomLeaf(random), randomLeaf(random), randomLeaf(random)});
     }
     map = Map::restore(poles, graph, {}, 1);
   }
@@ -216,8 +216,8 @@ TEST(PoseWindow, ACorrectionChangesNoLeafInsideAnyObject) {
   EXPECT_TRUE(delta.changed.empty());
   for (const auto& [id, node] : drive.map.nodes()) {
     const MapNode& was = *before.find(id);
-    ASSERT_EQ(node.leaves.size(), was.leaves.size());
-    EXPECT_EQ(std::memcmp(node.leaves.data(), was.leaves.data(), was.leaves.size() * sizeof(Leaf)), 0) << id;
+    ASSERT_EQ(leavesOf(node).size(), leavesOf(was).size());
+    EXPECT_EQ(std::memcmp(leavesOf(node).data(), leavesOf(was).data(), leavesOf(was).size() * sizeof(Leaf)), 0) << id;
     EXPECT_EQ(node.belief.kappa, was.belief.kappa);
     EXPECT_EQ(node.views, was.views);
   }

@@ -34,7 +34,7 @@ Map mapWith(ClassId label, const std::vector<Belief>& leaves) {
   node.belief = leaves[0];
   for (const Belief& leaf : leaves) {
     node.belief = &leaf == &leaves[0] ? leaf : merge(node.belief, leaf);
-    node.leaves.push_back(packLeaf(leaf));
+    addLeaf(node, packLeaf(leaf));
   }
   return mapOf({node});
 }
@@ -125,7 +125,7 @@ TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
   Map map = mapWith(kCar, {ball(Vec3(30, 0, 0), 0.2, 50)});
   MapUpdate update;
   update.created.push_back(tileNode(kRoad, {0, 0, 0}, Vec3(3, 0, 0)));
-  update.created[0].leaves.push_back(packLeaf(ball(Vec3::Zero(), 0.5, 100)));
+  addLeaf(update.created[0], packLeaf(ball(Vec3::Zero(), 0.5, 100)));
   map.apply(std::move(update));
   EXPECT_TRUE(evidenceOf(map, {objectOf(kRoad, {ball(Vec3(3, 0, 0), 0.5, 100)})}).empty());
   EXPECT_TRUE(evidenceOf(map, {}).empty());

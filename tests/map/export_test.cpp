@@ -22,7 +22,7 @@ StoredMap sample() {
   car.T_map_object.linear() = randomRotation(random);
   car.views = 7, car.first_us = 1111, car.last_us = 2222;
   for (int k = 0; k < 3; ++k) {
-    car.leaves.push_back(packLeaf({randomVector(random, 1), randomSpd(random, 1e-3), 14}));
+    addLeaf(car, packLeaf({randomVector(random, 1), randomSpd(random, 1e-3), 14}));
   }
   MapUpdate update;
   update.pose.utime_us = 5;
@@ -95,7 +95,7 @@ TEST(ExportJson, GeometryIsInTheMapFrame) {
   ASSERT_EQ(j["objects"][0]["geometry"].size(), 3U);
   for (std::size_t k = 0; k < 3; ++k) {
     const Json& leaf = j["objects"][0]["geometry"][k];
-    const Belief expected = transform(car.T_map_object, unpackLeaf(car.leaves[k]));
+    const Belief expected = transform(car.T_map_object, unpackLeaf(leavesOf(car)[k]));
     for (std::size_t i = 0; i < 3; ++i) {
       EXPECT_DOUBLE_EQ(leaf["mean"][i], expected.mean[static_cast<Eigen::Index>(i)]);
     }
@@ -172,7 +172,7 @@ TEST(ExportPly, VerticesHoldMeanNormalAndDeviations) {
   for (std::size_t k = 0; k < 3; ++k) {
     float v[10];
     std::memcpy(v, ply.body.data() + k * 49, sizeof(v));
-    const Belief b = transform(car.T_map_object, unpackLeaf(car.leaves[k]));
+    const Belief b = transform(car.T_map_object, unpackLeaf(leavesOf(car)[k]));
     const Vec3 mean(v[0], v[1], v[2]), normal(v[3], v[4], v[5]), deviations(v[6], v[7], v[8]);
     EXPECT_LE((mean - b.mean).norm(), 1e-6);
     EXPECT_NEAR(normal.norm(), 1, 1e-6);

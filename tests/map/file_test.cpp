@@ -107,11 +107,11 @@ void expectSame(const MapNode& a, const MapNode& b) {
   EXPECT_EQ(a.first_us, b.first_us);
   EXPECT_EQ(a.last_us, b.last_us);
   EXPECT_EQ(a.classes.views, b.classes.views);
-  ASSERT_EQ(a.leaves.size(), b.leaves.size());
-  for (std::size_t k = 0; k < a.leaves.size(); ++k) {
-    EXPECT_EQ(a.leaves[k].mean, b.leaves[k].mean);
-    EXPECT_EQ(a.leaves[k].cov, b.leaves[k].cov);
-    EXPECT_EQ(a.leaves[k].kappa, b.leaves[k].kappa);
+  ASSERT_EQ(leavesOf(a).size(), leavesOf(b).size());
+  for (std::size_t k = 0; k < leavesOf(a).size(); ++k) {
+    EXPECT_EQ(leavesOf(a)[k].mean, leavesOf(b)[k].mean);
+    EXPECT_EQ(leavesOf(a)[k].cov, leavesOf(b)[k].cov);
+    EXPECT_EQ(leavesOf(a)[k].kappa, leavesOf(b)[k].kappa);
   }
 }
 
@@ -157,7 +157,7 @@ TEST(MapFile, HoldsMapsOfNothingAndOfManyBlocks) {
   std::mt19937 random(3);
   MapNode large = nodeAt(10, Vec3(0, 0, 0));
   for (int k = 0; k < 250000; ++k) {  // 10 MB of leaves, blocks hold 4 MiB
-    large.leaves.push_back(randomLeaf(random));
+    addLeaf(large, randomLeaf(random));
   }
   const auto stored = decodeMap(encodeMap(mapOf({large}), {}));
   ASSERT_TRUE(stored) << stored.error;
@@ -175,7 +175,7 @@ TEST(MapFile, AnIdOnceGivenIsNotGivenAgainAfterReloading) {
 
 TEST(MapFile, FollowsItsDocumentedGrammar) {
   MapNode node = nodeAt(10, Vec3(1, 2, 3));
-  node.leaves.push_back(packLeaf({Vec3(0.5, 0, 0), Mat3::Identity(), 9}));
+  addLeaf(node, packLeaf({Vec3(0.5, 0, 0), Mat3::Identity(), 9}));
   Map map = mapOf({node, nodeAt(11, Vec3(4, 5, 6))});
   map.setClassNames({{10, "car"}});
   map.setTileSize(2.5);
@@ -334,7 +334,7 @@ std::string payloadAs(std::uint32_t version, const Map& map) {
     EXPECT_EQ(at<NodeId>(payload, offset), id);
     EXPECT_EQ(at<KeyframeId>(payload, anchorAt(offset)), node.anchor);
     payload.erase(anchorAt(offset), 4);
-    offset = anchorAt(offset) + 4 + 40 * node.leaves.size();
+    offset = anchorAt(offset) + 4 + 40 * leavesOf(node).size();
     const std::size_t classes = 2 + 6 * node.classes.views.size();
     payload.erase(offset, version == 1 ? classes : 0);
     offset += version == 1 ? 0 : classes;

@@ -68,7 +68,7 @@ double kappaOf(const Map& map) {
 
 double leafKappaOf(const MapNode& node) {
   double sum = 0;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     sum += leaf.kappa;
   }
   return sum;
@@ -170,7 +170,7 @@ TEST(Fuse, LeavesMergeIntoTheirNodesBelief) {
   }
   const MapNode& node = *map.find(1);
   Belief merged;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     merged = merge(merged, transform(node.T_map_object, unpackLeaf(leaf)));
   }
   EXPECT_LE((merged.mean - node.belief.mean).norm(), 1e-5);
@@ -315,7 +315,7 @@ TEST(Fuse, LeafCountIsBoundedBySurfaceNotByViews) {
       << "still growing after a hundred views";
   EXPECT_EQ(kappaOf(map), 1.5e6);
   const MapNode& node = *map.find(1);
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     EXPECT_NEAR((node.T_map_object * unpackLeaf(leaf).mean).y(), 4, 0.1) << "a leaf left the wall";
   }
 }
@@ -385,7 +385,7 @@ TEST(Believe, AThingThatTurnsOutToBeStuffFadesAndGoes) {
 TEST(Believe, AThingWhoseClassLeftTheTableIsKept) {
   constexpr ClassId kGone = 99;
   MapNode thing = nodeAt(kGone, Vec3(5, 0, 0));
-  thing.leaves.push_back(packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
+  addLeaf(thing, packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
   Map map = mapOf({thing});
   fuseInto(map, seenFrom(Pose::Identity(), {block(kCar, 6.5)}), Pose::Identity());
   ASSERT_NE(map.find(1), nullptr);
@@ -442,7 +442,7 @@ TEST(Believe, EvidenceOfAThingThatAFrameMergesAwayIsNoFault) {
   for (NodeId id : {1, 2}) {
     MapUpdate update;
     update.changed.push_back(*map.find(id));
-    update.changed[0].leaves.push_back(packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
+    addLeaf(update.changed[0], packLeaf({Vec3::Zero(), 0.25 * Mat3::Identity(), 100}));
     map.apply(std::move(update));
   }
   const LocalGraph local = seenFrom(Pose::Identity(), {block(kCar, 5)});
@@ -464,9 +464,9 @@ TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
   MapNode keep = nodeAt(kCar, Vec3(0, 0, 0)), other = nodeAt(kCar, Vec3(1, 0, 0), 0.5, 40);
   keep.id = 3, other.id = 9;
   keep.views = 4, other.views = 6, keep.first_us = 50, keep.last_us = 60, other.first_us = 10, other.last_us = 55;
-  keep.leaves.push_back(packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 100}));
+  addLeaf(keep, packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 100}));
   other.T_map_object.linear() = randomRotation(random);
-  other.leaves.push_back(packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 40}));
+  addLeaf(other, packLeaf({Vec3(0, 0, 0), 1e-4 * Mat3::Identity(), 40}));
   const Pose frame = keep.T_map_object;
   absorb(keep, other, 0.4);
   EXPECT_EQ(keep.id, 3);

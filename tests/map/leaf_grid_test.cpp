@@ -21,7 +21,7 @@ TEST(FuseLeaves, KeepEvidenceAndMomentsInAnotherFrame) {
         additions.push_back(b);
         expected = merge(expected, transform(T, b));
       }
-      fuseLeaves(leaves, additions, T, 0.4);
+      leaves = fuseLeaves(leaves, additions, T, 0.4);
     }
     Belief merged;
     for (const Leaf& leaf : leaves) {
@@ -36,10 +36,10 @@ TEST(FuseLeaves, KeepEvidenceAndMomentsInAnotherFrame) {
 TEST(FuseLeaves, FarApartStayApartAndOnTopOfEachOtherBecomeOne) {
   const Belief a{Vec3(0.2, 0.2, 0.2), 1e-4 * Mat3::Identity(), 5}, b{Vec3(0.2, 3.2, 0.2), 1e-4 * Mat3::Identity(), 7};
   std::vector<Leaf> leaves;
-  fuseLeaves(leaves, std::vector<Belief>{a, b}, Pose::Identity(), 0.4);
+  leaves = fuseLeaves(leaves, std::vector<Belief>{a, b}, Pose::Identity(), 0.4);
   EXPECT_EQ(leaves.size(), 2U);
   for (int view = 0; view < 10; ++view) {
-    fuseLeaves(leaves, std::vector<Belief>{b, a}, Pose::Identity(), 0.4);
+    leaves = fuseLeaves(leaves, std::vector<Belief>{b, a}, Pose::Identity(), 0.4);
   }
   ASSERT_EQ(leaves.size(), 2U);
   EXPECT_EQ(leaves[0].kappa + leaves[1].kappa, 11 * 12);
@@ -47,7 +47,7 @@ TEST(FuseLeaves, FarApartStayApartAndOnTopOfEachOtherBecomeOne) {
 
 TEST(FuseLeaves, OfNothingChangeNothing) {
   std::vector<Leaf> leaves;
-  fuseLeaves(leaves, {}, Pose::Identity(), 0.4);
+  leaves = fuseLeaves(leaves, {}, Pose::Identity(), 0.4);
   EXPECT_TRUE(leaves.empty());
 }
 

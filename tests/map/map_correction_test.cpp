@@ -42,7 +42,7 @@ Map drive(int keyframes, double reach = std::numeric_limits<double>::infinity(),
   map.setDriftReach(reach);
   for (int k = 0; k < keyframes; ++k) {
     MapNode car = nodeAt(kCar, Vec3(5 * k, 4, 0));
-    car.leaves.assign(3, randomLeaf(random));
+    car.geometry = shareLeaves(Leaves(3, randomLeaf(random)));
     const Vec3 road(5 * k, -1, 0);
     map.apply(keyframeAt(map, at(5 * k), {car, tileNode(kRoad, tileOf(road, kTileSize), road)}, sigma));
   }
@@ -52,8 +52,9 @@ Map drive(int keyframes, double reach = std::numeric_limits<double>::infinity(),
 MapCorrection moveOf(KeyframeId id, const Pose& T_map_body) { return {{{id, T_map_body}}, {}}; }
 
 bool sameLeaves(const MapNode& a, const MapNode& b) {
-  return a.leaves.size() == b.leaves.size() &&
-         (a.leaves.empty() || std::memcmp(a.leaves.data(), b.leaves.data(), a.leaves.size() * sizeof(Leaf)) == 0);
+  return leavesOf(a).size() == leavesOf(b).size() &&
+         (leavesOf(a).empty() ||
+          std::memcmp(leavesOf(a).data(), leavesOf(b).data(), leavesOf(a).size() * sizeof(Leaf)) == 0);
 }
 
 std::vector<NodeId> anchoredTo(const Map& map, KeyframeId id) {

@@ -157,7 +157,7 @@ TEST(Map, LeafCountFollowsEveryChange) {
     map.apply(randomUpdate(random, map, 60));
     std::size_t leaves = 0;
     for (const auto& [id, node] : map.nodes()) {
-      leaves += node.leaves.size();
+      leaves += leavesOf(node).size();
     }
     EXPECT_EQ(map.leafCount(), leaves);
   }
@@ -186,7 +186,7 @@ TEST(Map, MemoryEstimateGrowsWithLeavesAndStaysWhenNothingIsNew) {
   MapNode node = nodeAt(kCar, Vec3(0, 0, 0));
   const double empty = mapOf({node}).megabytes();
   for (int k = 0; k < 1000; ++k) {
-    node.leaves.push_back(randomLeaf(random));
+    addLeaf(node, randomLeaf(random));
   }
   Map map = mapOf({node});
   EXPECT_NEAR(map.megabytes() - empty, 0.04, 1e-9);  // 40 B a leaf

@@ -17,7 +17,7 @@ MapNode boxNode(ClassId label, const Vec3& centre, const Vec3& half, double kapp
   for (const double x : {-0.5, 0.5}) {
     for (const double y : {-0.5, 0.5}) {
       const Mat3 cov = (half.cwiseAbs2() / 12).asDiagonal();
-      node.leaves.push_back(packLeaf({half.cwiseProduct(Vec3(x, y, 0)), cov, kappa / 4}));
+      addLeaf(node, packLeaf({half.cwiseProduct(Vec3(x, y, 0)), cov, kappa / 4}));
     }
   }
   return node;
@@ -54,7 +54,7 @@ std::vector<MapNode> yard(std::mt19937& random, double jitter) {
 
 double leafKappaOf(const MapNode& node) {
   double sum = 0;
-  for (const Leaf& leaf : node.leaves) {
+  for (const Leaf& leaf : leavesOf(node)) {
     sum += leaf.kappa;
   }
   return sum;

@@ -52,7 +52,7 @@ TEST(FuseLeaves, FollowTheRule) {
       new_leaf{Vec3(0.2, 0.1, 0.1), 0.001 * Mat3::Identity(), 10};
   for (const auto& [rule, x] : {std::pair{MergeRule(merge), 0.11}, std::pair{MergeRule(mergeSymmetrically), 0.15}}) {
     std::vector<Leaf> leaves{packLeaf(old_leaf)};
-    fuseLeaves(leaves, std::vector{new_leaf}, Pose::Identity(), 0.4, rule);
+    leaves = fuseLeaves(leaves, std::vector{new_leaf}, Pose::Identity(), 0.4, rule);
     ASSERT_EQ(leaves.size(), 1U);
     EXPECT_NEAR(leaves[0].mean[0], x, 1e-6);
   }

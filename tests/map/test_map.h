@@ -9,6 +9,13 @@
 
 namespace hgg {
 
+/// Gives a node one more leaf.
+inline void addLeaf(MapNode& node, const Leaf& leaf) {
+  Leaves leaves = leavesOf(node);
+  leaves.push_back(leaf);
+  node.geometry = shareLeaves(std::move(leaves));
+}
+
 /// A map node of a round extent that is believed in.
 inline MapNode nodeAt(ClassId label, const Vec3& mean, double deviation = 0.5, double kappa = 100) {
   MapNode node;
@@ -52,7 +59,7 @@ inline MapNode randomNode(std::mt19937& random, double extent) {
   node.first_us = static_cast<Micros>(random());
   node.last_us = node.first_us + static_cast<Micros>(random());
   for (std::uint32_t leaves = below(random, 6); leaves > 0; --leaves) {
-    node.leaves.push_back(randomLeaf(random));
+    addLeaf(node, randomLeaf(random));
   }
   return node;
 }

@@ -120,9 +120,11 @@ TEST(ZeroShot, LeavesOfNoExtentAreRefused) {
   std::vector<MapNode> nodes;
   for (const auto& [id, node] : map.nodes()) {
     nodes.push_back(node);
-    for (Leaf& leaf : nodes.back().leaves) {
+    Leaves flat = leavesOf(node);
+    for (Leaf& leaf : flat) {
       leaf = packLeaf({unpackLeaf(leaf).mean, Mat3::Zero(), 50});
     }
+    nodes.back().geometry = shareLeaves(std::move(flat));
   }
   const ZeroShot z = alignMaps(mapOf(nodes), mapOf(nodes));
   EXPECT_TRUE(z.T_a_b.matrix().allFinite());

@@ -132,8 +132,8 @@ Result<PredictedGraph> graphOf(const json& root) {
 
 Prediction predictionOf(const MapNode& node) {
   Prediction object{node.id, node.label, node.stuff, node.belief, positionCovariance(node), {}};
-  object.geometry.reserve(node.leaves.size());
-  for (const Leaf& leaf : node.leaves) {
+  object.geometry.reserve(leavesOf(node).size());
+  for (const Leaf& leaf : leavesOf(node)) {
     object.geometry.push_back(transform(node.T_map_object, unpackLeaf(leaf)));
   }
   return object;

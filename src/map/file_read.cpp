@@ -1,83 +1,26 @@
-#include "map/file.h"
-
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 #include <zstd.h>
 
 #include <algorithm>
-#include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <span>
 
 #include "core/text.h"
 #include "core/units.h"
+#include "map/file.h"
+#include "map/file_layout.h"
 
 namespace hgg {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the file is written as it lies in memory");
-
-constexpr std::string_view kMagic = "HGGMAP\r\n";
-constexpr std::string_view kEnd = "END.";
-constexpr std::uint32_t kVersion = 3, kVersionWithoutTies = 2, kVersionWithoutClasses = 1;
-constexpr std::size_t kFrameBytes = 4U << 20;
+constexpr std::uint32_t kVersionWithoutConstraints = 2, kVersionWithoutClasses = 1;
 constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
-constexpr int kCompressionLevel = 3;
 
-/// What a tie may leave open: beyond these limits its information is no number that a solver can use.
-struct Limits {
-  double least = 0, most = 0;
-};
-constexpr Limits kSigma{1e-6, 1e3}, kSigmaTurn{1e-7, 1e3};  // m, rad
 /// What alignment loses from one keyframe to the next: 0.3 degrees and 0.35 m in 100 m, as on real drives.
 constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
-/// Of a tie that nothing is known of.
+/// Of a between constraint that nothing is known of.
 constexpr double kUnknownSigma = 0.3, kUnknownTurn = 3 * kDegree;  // m, rad
-
-class Writer {
- public:
-  template <typename T>
-  void put(T value) {
-    static_assert(std::is_arithmetic_v<T>);
-    if constexpr (std::is_floating_point_v<T>) {
-      finite_ = finite_ && std::isfinite(value);
-    }
-    const auto* bytes = reinterpret_cast<const char*>(&value);
-    out_.append(bytes, sizeof(T));
-  }
-  void put(std::string_view text) { out_.append(text); }
-  void put(const Pose& T) {
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      put(T.translation()[i]);
-    }
-    for (Eigen::Index i = 0; i < 9; ++i) {
-      put(T.linear()(i / 3, i % 3));
-    }
-  }
-  void put(const Belief& b) {
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      put(b.mean[i]);
-    }
-    for (const auto& [r, c] : kCovarianceOrder) {
-      put(b.cov(r, c));
-    }
-    put(b.kappa);
-  }
-  const std::string& bytes() const { return out_; }
-  /// False when a number was not finite: the reader would refuse the file.
-  bool finite() const { return finite_; }
-
-  static constexpr std::pair<Eigen::Index, Eigen::Index> kCovarianceOrder[] = {{0, 0}, {1, 1}, {2, 2},
-                                                                               {0, 1}, {0, 2}, {1, 2}};
-
- private:
-  std::string out_;
-  bool finite_ = true;
-};
 
 /// Bounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
 class Reader {
@@ -121,7 +64,7 @@ class Reader {
     for (Eigen::Index i = 0; i < 3; ++i) {
       b.mean[i] = get<double>();
     }
-    for (const auto& [r, c] : Writer::kCovarianceOrder) {
+    for (const auto& [r, c] : kMapCovarianceOrder) {
       b.cov(r, c) = b.cov(c, r) = get<double>();
     }
     b.kappa = get<double>();
@@ -135,32 +78,6 @@ class Reader {
   std::string_view rest_;
   bool good_ = true;
 };
-
-void putNode(Writer& w, const MapNode& node) {
-  w.put(node.id);
-  w.put(node.label);
-  w.put(static_cast<std::uint8_t>(node.stuff));
-  w.put(node.tile.x), w.put(node.tile.y), w.put(node.tile.z);
-  w.put(node.belief);
-  w.put(node.T_map_object);
-  w.put(node.views);
-  w.put(node.first_us), w.put(node.last_us);
-  w.put(node.anchor);
-  w.put(static_cast<std::uint32_t>(node.leaves.size()));
-  for (const Leaf& leaf : node.leaves) {
-    for (const float v : leaf.mean) {
-      w.put(v);
-    }
-    for (const float v : leaf.cov) {
-      w.put(v);
-    }
-    w.put(leaf.kappa);
-  }
-  w.put(static_cast<std::uint16_t>(node.classes.views.size()));
-  for (const auto& [label, views] : node.classes.views) {
-    w.put(label), w.put(views);
-  }
-}
 
 ClassBelief getClasses(Reader& r) {
   ClassBelief classes;
@@ -184,9 +101,9 @@ MapNode getNode(Reader& r, std::uint32_t version) {
   node.T_map_object = r.pose();
   node.views = r.get<std::int32_t>();
   node.first_us = r.get<Micros>(), node.last_us = r.get<Micros>();
-  node.anchor = version > kVersionWithoutTies ? r.get<KeyframeId>() : -1;
-  node.leaves.resize(r.count(r.get<std::uint32_t>(), sizeof(Leaf)));
-  for (Leaf& leaf : node.leaves) {
+  node.anchor = version > kVersionWithoutConstraints ? r.get<KeyframeId>() : -1;
+  Leaves leaves(r.count(r.get<std::uint32_t>(), sizeof(Leaf)));
+  for (Leaf& leaf : leaves) {
     for (float& v : leaf.mean) {
       v = r.get<float>();
     }
@@ -195,6 +112,7 @@ MapNode getNode(Reader& r, std::uint32_t version) {
     }
     leaf.kappa = r.get<float>();
   }
+  node.geometry = shareLeaves(std::move(leaves));
   if (version != kVersionWithoutClasses) {
     node.classes = getClasses(r);
   } else if (!node.stuff) {
@@ -203,55 +121,19 @@ MapNode getNode(Reader& r, std::uint32_t version) {
   return node;
 }
 
-Writer encodePayload(const Map& map, const std::vector<Edge>& edges) {
-  Writer w;
-  w.put(static_cast<std::uint32_t>(map.classNames().size()));
-  for (const auto& [id, name] : map.classNames()) {
-    w.put(id);
-    w.put(static_cast<std::uint16_t>(name.size()));
-    w.put(std::string_view(name));
-  }
-  w.put(map.tileSize());
-  w.put(map.revision());
-  w.put(map.nextId());
-  w.put(static_cast<std::uint64_t>(map.keyframes().poses().size()));
-  for (const TimedPose& k : map.keyframes().poses()) {
-    w.put(k.utime_us);
-    w.put(k.T_map_body);
-  }
-  w.put(static_cast<std::uint64_t>(map.keyframes().edges().size()));
-  for (const BetweenConstraint& e : map.keyframes().edges()) {
-    w.put(e.a), w.put(e.b);
-    w.put(e.T_a_b);
-    w.put(std::clamp(e.sigma, kSigma.least, kSigma.most));
-    w.put(std::clamp(e.sigma_turn, kSigmaTurn.least, kSigmaTurn.most));
-    w.put(static_cast<std::uint8_t>(e.is_loop));
-  }
-  w.put(static_cast<std::uint64_t>(map.nodes().size()));
-  for (const auto& [id, node] : map.nodes()) {
-    putNode(w, node);
-  }
-  w.put(static_cast<std::uint64_t>(edges.size()));
-  for (const Edge& e : edges) {
-    w.put(e.a), w.put(e.b), w.put(e.weight);
-  }
-  w.put(kEnd);
-  return w;
-}
+bool isWithin(double sigma, const SigmaLimits& limits) { return sigma >= limits.least && sigma <= limits.most; }
 
-bool isWithin(double sigma, const Limits& limits) { return sigma >= limits.least && sigma <= limits.most; }
-
-/// Ties each keyframe that nothing connects to the first to the one before it, as they lie.
-void tieLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
-  std::vector<bool> is_tied(keyframes.poses().size());
+/// Joins each keyframe that nothing connects to the first to the one before it, as they lie now.
+void joinLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
+  std::vector<bool> is_joined(keyframes.poses().size());
   const auto spread = [&](KeyframeId from) {
     for (std::vector<KeyframeId> open{from}; !open.empty();) {
       const KeyframeId k = open.back();
       open.pop_back();
-      if (is_tied[static_cast<std::size_t>(k)]) {
+      if (is_joined[static_cast<std::size_t>(k)]) {
         continue;
       }
-      is_tied[static_cast<std::size_t>(k)] = true;
+      is_joined[static_cast<std::size_t>(k)] = true;
       for (const BetweenConstraint& e : keyframes.edgesOf(k)) {
         open.push_back(e.a == k ? e.b : e.a);
       }
@@ -259,7 +141,7 @@ void tieLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
   };
   for (KeyframeId k = 0; k <= keyframes.last(); ++k) {
     const auto b = static_cast<std::size_t>(k);
-    if (k > 0 && !is_tied[b]) {
+    if (k > 0 && !is_joined[b]) {
       const Pose T_a_b = keyframes.poses()[b - 1].T_map_body.inverse() * keyframes.poses()[b].T_map_body;
       keyframes.connect({k - 1, k, T_a_b, sigma, sigma_turn, false});
     }
@@ -273,8 +155,8 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     const auto utime_us = r.get<Micros>();
     keyframes.add({utime_us, r.pose()});
   }
-  if (version <= kVersionWithoutTies) {
-    tieLoose(keyframes, kAlignedSigma, kAlignedTurn);
+  if (version <= kVersionWithoutConstraints) {
+    joinLoose(keyframes, kAlignedSigma, kAlignedTurn);
     return keyframes;
   }
   for (std::size_t n = r.count(r.get<std::uint64_t>(), 4 + 4 + 96 + 16 + 1); n > 0; --n) {
@@ -284,12 +166,12 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();
     e.is_loop = r.get<std::uint8_t>() != 0;
     r.require(e.a >= 0 && e.b >= 0 && e.a != e.b && e.a <= keyframes.last() && e.b <= keyframes.last() &&
-              isWithin(e.sigma, kSigma) && isWithin(e.sigma_turn, kSigmaTurn));
+              isWithin(e.sigma, kSigmaLimits) && isWithin(e.sigma_turn, kSigmaTurnLimits));
     if (r.good()) {
       keyframes.connect(e);
     }
   }
-  tieLoose(keyframes, kUnknownSigma, kUnknownTurn);
+  joinLoose(keyframes, kUnknownSigma, kUnknownTurn);
   return keyframes;
 }
 
@@ -333,7 +215,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   const AnchorByTime anchorOf(keyframes);
   for (MapNode& node : nodes) {
     node = getNode(r, version);
-    node.anchor = version <= kVersionWithoutTies ? anchorOf(node.first_us) : node.anchor;
+    node.anchor = version <= kVersionWithoutConstraints ? anchorOf(node.first_us) : node.anchor;
     r.require(node.id > last_id && node.belief.kappa >= 0 && node.anchor >= -1 && node.anchor < keyframe_count);
     last_id = node.id;
   }
@@ -341,7 +223,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   for (Edge& e : edges) {
     e.a = r.get<NodeId>(), e.b = r.get<NodeId>(), e.weight = r.get<float>();
   }
-  r.require(next_id > last_id && r.take(kEnd.size()) == kEnd && r.atEnd());
+  r.require(next_id > last_id && r.take(kMapEnd.size()) == kMapEnd && r.atEnd());
   if (!r.good()) {
     return std::nullopt;
   }
@@ -356,21 +238,6 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   return stored;
 }
 
-std::string compress(std::string_view payload) {
-  std::string out;
-  ZSTD_CCtx* context = ZSTD_createCCtx();
-  ZSTD_CCtx_setParameter(context, ZSTD_c_compressionLevel, kCompressionLevel);
-  ZSTD_CCtx_setParameter(context, ZSTD_c_checksumFlag, 1);
-  for (std::size_t at = 0; at < payload.size(); at += kFrameBytes) {
-    const std::string_view part = payload.substr(at, kFrameBytes);
-    std::string frame(ZSTD_compressBound(part.size()), '\0');
-    frame.resize(ZSTD_compress2(context, frame.data(), frame.size(), part.data(), part.size()));
-    out += frame;
-  }
-  ZSTD_freeCCtx(context);
-  return out;
-}
-
 Result<std::string> decompress(std::string_view frames) {
   std::string payload;
   while (!frames.empty()) {
@@ -379,7 +246,7 @@ Result<std::string> decompress(std::string_view frames) {
       return Result<std::string>::fail("truncated or corrupted (a block is incomplete)");
     }
     const unsigned long long size = ZSTD_getFrameContentSize(frames.data(), packed);
-    if (size == 0 || size > kFrameBytes || payload.size() > kMaxPayload) {
+    if (size == 0 || size > kMapFrameBytes || payload.size() > kMaxPayload) {
       return Result<std::string>::fail("corrupted (a block has an impossible size)");
     }
     const std::size_t at = payload.size();
@@ -392,48 +259,18 @@ Result<std::string> decompress(std::string_view frames) {
   return Result<std::string>::ok(std::move(payload));
 }
 
-std::string pack(std::string_view payload) {
-  Writer header;
-  header.put(kMagic);
-  header.put(kVersion);
-  return header.bytes() + compress(payload);
-}
-
-/// Writes and syncs `bytes`; empty when done, else the reason.
-std::string writeDurably(const std::string& path, std::string_view bytes) {
-  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) {
-    return std::strerror(errno);
-  }
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno != EINTR) {
-      std::string why = std::strerror(errno);
-      ::close(fd);
-      return why;
-    }
-    bytes.remove_prefix(n > 0 ? static_cast<std::size_t>(n) : 0);
-  }
-  const bool synced = ::fsync(fd) == 0;
-  return ::close(fd) == 0 && synced ? "" : std::strerror(errno);
-}
-
 }  // namespace
 
-std::string encodeMap(const Map& map, const std::vector<Edge>& edges) {
-  return pack(encodePayload(map, edges).bytes());
-}
-
 Result<StoredMap> decodeMap(std::string_view bytes) {
-  const std::size_t header_bytes = kMagic.size() + sizeof(kVersion);
-  if (bytes.size() < header_bytes || bytes.substr(0, kMagic.size()) != kMagic) {
+  const std::size_t header_bytes = kMapMagic.size() + sizeof(kMapVersion);
+  if (bytes.size() < header_bytes || bytes.substr(0, kMapMagic.size()) != kMapMagic) {
     return Result<StoredMap>::fail("not an hggmap map");
   }
   std::uint32_t version = 0;
-  std::memcpy(&version, bytes.data() + kMagic.size(), sizeof(version));
-  if (version < kVersionWithoutClasses || version > kVersion) {
+  std::memcpy(&version, bytes.data() + kMapMagic.size(), sizeof(version));
+  if (version < kVersionWithoutClasses || version > kMapVersion) {
     return Result<StoredMap>::fail(fmt::format("map format version {}, this hggmap reads versions {} to {}", version,
-                                               kVersionWithoutClasses, kVersion));
+                                               kVersionWithoutClasses, kMapVersion));
   }
   const Result<std::string> payload = decompress(bytes.substr(header_bytes));
   if (!payload) {
@@ -442,23 +279,6 @@ Result<StoredMap> decodeMap(std::string_view bytes) {
   std::optional<StoredMap> stored = decodePayload(*payload, version);
   return stored ? Result<StoredMap>::ok(std::move(*stored))
                 : Result<StoredMap>::fail("truncated or corrupted (its contents do not follow the format)");
-}
-
-std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path) {
-  const Writer payload = encodePayload(map, edges);
-  if (!payload.finite()) {
-    return fmt::format("{}: the map holds numbers that are not finite; it is not written", path);
-  }
-  const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
-  std::string why = writeDurably(temporary, pack(payload.bytes()));
-  if (why.empty() && std::rename(temporary.c_str(), path.c_str()) != 0) {
-    why = std::strerror(errno);
-  }
-  if (!why.empty()) {
-    ::unlink(temporary.c_str());
-    return fmt::format("{}: cannot write the map: {}", path, why);
-  }
-  return {};
 }
 
 Result<StoredMap> loadMap(const std::string& path) {
