@@ -40,7 +40,7 @@ config's `creation.beam_spacing_deg` is theirs):
     hggmap replay office.lcm --config firmware_cfg/indoor/good.toml --out out/office
     hgg-eval --map out/office/map.hgg --truth office_truth --trajectory out/office/trajectory.tum --log office.lcm --odometry-channel POSE_ODOM_GOOD --radius 0.5 --spacing 0.05 --html office.html
 
-`hgg-eval --help` says how it scores; [method.md](method.md) says what is measured.
+`hgg-eval --help` says how it scores; [method.md](method.md) says what is computed, [experiments.md](experiments.md) what it was chosen over.
 
 {tables}
 """
