@@ -131,12 +131,10 @@ constexpr int kStructureRounds = 2;  // h of the features
 
 Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {
   std::vector<Belief> leaves;
-  std::vector<Vec3> means;
   for (const Leaf& leaf : leavesOf(node)) {
     leaves.push_back(unpackLeaf(leaf));
-    means.push_back(leaves.back().mean);
   }
-  return wlFeatures(leaves, relativeNeighborhood(means), kStructureRounds, sigma_floor);
+  return wlFeatures(leaves, geometryEdges(leaves), kStructureRounds, sigma_floor);
 }
 
 /// The structural part of the leaves' cost: D_WL as the mean squared difference D of the features, worth
@@ -148,7 +146,7 @@ class StructureCost {
         share_(config.alignment.leaf_geometry_share) {
     if (share_ < 1) {
       const double floor = config.creation.sigma_floor;
-      local_ = wlFeatures(object.leaves, object.leaf_edges, kStructureRounds, floor);
+      local_ = wlFeatures(object.leaves, geometryEdges(object.leaves), kStructureRounds, floor);
       map_ = featuresOf(node, floor);
     }
   }

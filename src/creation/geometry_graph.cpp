@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/neighborhood.h"
 #include "core/spd.h"
 
 namespace hgg {
@@ -111,16 +110,6 @@ std::vector<LocalLeaf> partitionLeaves(std::span<PackedPoint> points, const Pose
     partition.add(points);
   }
   return std::move(partition.leaves);
-}
-
-void buildGeometryGraph(std::span<PackedPoint> points, int leaf_points, const RadiusLaw& bridge, LocalObject& object) {
-  object.leaves = partitionLeaves(points, object.T_body_object, leaf_points, bridge);
-  std::vector<Vec3> means;
-  means.reserve(object.leaves.size());
-  for (const LocalLeaf& leaf : object.leaves) {
-    means.push_back(leaf.mean);
-  }
-  object.leaf_edges = relativeNeighborhood(means);
 }
 
 }  // namespace hgg

@@ -20,7 +20,4 @@ Pose objectFrame(const Belief& belief);
 std::vector<LocalLeaf> partitionLeaves(std::span<PackedPoint> points, const Pose& T_body_object, int leaf_points,
                                        const RadiusLaw& bridge);
 
-/// The geometry graph of an object: its leaves and their relative neighbourhood graph.
-void buildGeometryGraph(std::span<PackedPoint> points, int leaf_points, const RadiusLaw& bridge, LocalObject& object);
-
 }  // namespace hgg

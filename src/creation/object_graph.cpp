@@ -25,7 +25,7 @@ LocalObject createObject(const Instance& instance, std::span<PackedPoint> points
   object.tile = instance.tile;
   object.belief = beliefOf(points);
   object.T_body_object = objectFrame(object.belief);
-  buildGeometryGraph(points, config.leaf_points, radiusLaw(config, config.leaf_gap), object);
+  object.leaves = partitionLeaves(points, object.T_body_object, config.leaf_points, radiusLaw(config, config.leaf_gap));
   return object;
 }
 

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/neighborhood.h"
+
 namespace hgg {
 
 Leaf packLeaf(const Belief& b) {
@@ -23,6 +25,15 @@ Belief unpackLeaf(const Leaf& leaf) {
       leaf.cov[4], leaf.cov[5], leaf.cov[2];
   b.kappa = leaf.kappa;
   return b;
+}
+
+std::vector<std::pair<int, int>> geometryEdges(std::span<const Belief> leaves) {
+  std::vector<Vec3> means;
+  means.reserve(leaves.size());
+  for (const Belief& leaf : leaves) {
+    means.push_back(leaf.mean);
+  }
+  return relativeNeighborhood(means);
 }
 
 GeometryBlock shareLeaves(Leaves leaves) {

@@ -23,8 +23,7 @@ struct LocalObject {
   Belief belief;
   Pose T_body_object = Pose::Identity();
   std::vector<LocalLeaf> leaves;
-  std::vector<std::pair<int, int>> leaf_edges;  // relative neighbourhood graph over leaf means
-  std::size_t begin = 0, end = 0;               // its points among the graph's
+  std::size_t begin = 0, end = 0;  // its points among the graph's
 };
 
 struct LocalEdge {

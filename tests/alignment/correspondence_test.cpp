@@ -42,7 +42,6 @@ TEST(FineCorrespondence, StructureDecidesBetweenLeavesWhereItIsAskedFor) {
   node.geometry = shareLeaves({packLeaf({Vec3(0.1, 0, 0), ball, 50}), packLeaf({Vec3(0.3, 0, 0), plate, 50})});
   LocalObject car = objectAt(kCar, Vec3(5, 0, 0));
   car.leaves = {{Vec3(0.12, 0, 0), plate, 50}, {Vec3(0.28, 0, 0), ball, 50}};
-  car.leaf_edges = {{0, 1}};
   const Map map = mapOf({node});
   const std::vector<ObjectPair> pairs{{0, 1, 0}};
   for (const double share : {1.0, 0.5}) {

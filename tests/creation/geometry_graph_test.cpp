@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/neighborhood.h"
 #include "random_geometry.h"
 
 namespace hgg {
@@ -204,22 +203,6 @@ TEST(PartitionLeaves, ManyCopiesOfAPointAreOneLeaf) {
 }
 
 TEST(PartitionLeaves, OfNothingAreNone) { EXPECT_TRUE(partitionLeaves({}, Pose::Identity(), 8, kAnyGap).empty()); }
-
-TEST(BuildGeometryGraph, ConnectsTheLeavesByTheirRelativeNeighborhood) {
-  for (Cloud& cloud : shapes(600)) {
-    LocalObject object;
-    object.belief = beliefOf(cloud);
-    object.T_body_object = objectFrame(object.belief);
-    buildGeometryGraph(cloud, 20, kAnyGap, object);
-    std::vector<Vec3> means;
-    for (const LocalLeaf& leaf : object.leaves) {
-      means.push_back(leaf.mean);
-    }
-    ASSERT_GE(means.size(), 1U);
-    EXPECT_EQ(object.leaf_edges, relativeNeighborhood(means));
-    EXPECT_GE(object.leaf_edges.size(), means.size() - 1);  // connected
-  }
-}
 
 }  // namespace
 }  // namespace hgg

@@ -29,7 +29,7 @@ LocalGraph seenFrom(const Pose& T_map_body, const std::vector<Frame>& objects_ma
     object.T_body_object = objectFrame(object.belief);
     object.stuff = object.label == kRoad;
     object.tile = object.stuff ? tileOf(T_map_body * object.belief.mean, config.creation.tile_size) : Tile{};
-    buildGeometryGraph(points, config.creation.leaf_points, {1.0F, 0}, object);
+    object.leaves = partitionLeaves(points, object.T_body_object, config.creation.leaf_points, {1.0F, 0});
     local.objects.push_back(std::move(object));
   }
   return local;

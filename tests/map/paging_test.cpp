@@ -1,0 +1,162 @@
+#include "map/paging.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "map/file.h"
+#include "map/test_map.h"
+
+namespace hgg {
+namespace {
+
+constexpr ClassId kCar = 10, kRoad = 40;
+constexpr double kTileSize = 10;
+
+Pose at(double x, double y = 0) {
+  Pose T = Pose::Identity();
+  T.translation() = Vec3(x, y, 0);
+  return T;
+}
+
+/// A drive along x, a keyframe every 5 m, a car and a road node beside each.
+Map drive(int keyframes) {
+  std::mt19937 random(7);
+  KeyframeGraph graph;
+  std::vector<MapNode> nodes;
+  for (int k = 0; k < keyframes; ++k) {
+    graph.add({1000 * k, at(5 * k)});
+    if (k > 0) {
+      graph.connect({k - 1, k, at(5), 0.02, 1e-3, false});
+    }
+    nodes.push_back(nodeAt(kCar, Vec3(5 * k, 4, 0)));
+    addLeaf(nodes.back(), randomLeaf(random));
+    const Vec3 road(5 * k, -1, 0);
+    nodes.push_back(tileNode(kRoad, tileOf(road, kTileSize), road));
+  }
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    nodes[n].id = static_cast<NodeId>(n + 1);
+    nodes[n].anchor = static_cast<KeyframeId>(n / 2);
+  }
+  Map map = Map::restore(std::move(nodes), std::move(graph), {}, 1);
+  map.setTileSize(kTileSize);
+  return map;
+}
+
+/// A store in memory that counts what goes through it.
+struct Shelf {
+  std::map<KeyframeId, MapPage> pages;
+  int taken = 0;
+
+  PageStore store(double keep_radius) {
+    return {[this](MapPage page) {
+              const KeyframeId id = page.keyframe;
+              ASSERT_TRUE(pages.emplace(id, std::move(page)).second) << "put twice: " << id;
+            },
+            [this](KeyframeId id) {
+              ++taken;
+              MapPage page = std::move(pages.at(id));
+              pages.erase(id);
+              return page;
+            },
+            keep_radius};
+  }
+};
+
+TEST(Paging, WhatComesBackIsWhatWentAway) {
+  Map map = drive(40);
+  const std::string before = encodeMap(map, {});
+  Shelf shelf;
+  const PageStore store = shelf.store(30);
+  pageOutBeyond(map, store, Vec3(0, 0, 0), {});
+  EXPECT_LT(map.nodes().size(), 16U);
+  EXPECT_GT(shelf.pages.size(), 30U);
+  EXPECT_NE(encodeMap(map, {}), before);
+  const MapDelta delta = bringBack(map, store, Vec3::Zero(), 1e6);
+  EXPECT_TRUE(shelf.pages.empty());
+  EXPECT_TRUE(delta.moved.empty());
+  EXPECT_TRUE(delta.reactivated.empty());
+  EXPECT_EQ(encodeMap(map, {}), before);
+}
+
+TEST(Paging, LeavesAreNotCopiedOnTheWay) {
+  Map map = drive(40);
+  const GeometryBlock far = map.geometry(71);
+  Shelf shelf;
+  const PageStore store = shelf.store(30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  ASSERT_EQ(map.find(71), nullptr);
+  bringBack(map, store, Vec3(175, 0, 0), 10);
+  EXPECT_EQ(map.geometry(71), far);
+}
+
+TEST(Paging, BringsBackEveryNodeThatMayLieWithinTheRadiusAndNoOther) {
+  Map map = drive(40);
+  const Map whole = map;
+  Shelf shelf;
+  const PageStore store = shelf.store(0);
+  pageOutBeyond(map, store, Vec3(0, 100, 0), {});
+  EXPECT_EQ(map.nodes().size(), 2U);  // the last keyframe's
+  bringBack(map, store, Vec3(100, 0, 0), 12);
+  EXPECT_EQ(map.near(Vec3(100, 0, 0), 12), whole.near(Vec3(100, 0, 0), 12));
+  EXPECT_LT(shelf.taken, 10);
+  bringBack(map, store, Vec3(100, 0, 0), 12);
+  EXPECT_LT(shelf.taken, 10);  // nothing comes twice
+}
+
+TEST(Paging, APageFollowsWhatALoopDidToItsKeyframeMeanwhile) {
+  Map map = drive(40), stayed = map;
+  Shelf shelf;
+  const PageStore store = shelf.store(30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  MapCorrection correction;
+  for (KeyframeId k = 20; k < 40; ++k) {
+    correction.moved.emplace_back(k, at(5 * k + 11, 0.1 * k));
+  }
+  map.apply(correction);
+  stayed.apply(correction);
+  const MapDelta delta = bringBack(map, store, Vec3::Zero(), 1e6);
+  EXPECT_EQ(delta.moved.size(), 38U);     // two nodes of 19 keyframes; the last one's had stayed
+  EXPECT_FALSE(delta.colliding.empty());  // road nodes now lie in tiles of others
+  ASSERT_EQ(map.nodes().size(), stayed.nodes().size());
+  for (const auto& [id, node] : stayed.nodes()) {
+    EXPECT_LT((map.find(id)->belief.mean - node.belief.mean).norm(), 1e-9) << id;
+    EXPECT_EQ(map.find(id)->tile, node.tile) << id;
+  }
+}
+
+TEST(Paging, NeitherPendingMergesNorTheLastKeyframeLeave) {
+  Map map = drive(40);
+  Shelf shelf;
+  pageOutBeyond(map, shelf.store(0), Vec3(0, 1000, 0), {21});
+  EXPECT_NE(map.find(21), nullptr);
+  EXPECT_NE(map.find(22), nullptr);  // of the same page
+  EXPECT_NE(map.find(79), nullptr);
+  EXPECT_EQ(map.nodes().size(), 4U);
+}
+
+TEST(Paging, AnInfiniteRadiusKeepsEverything) {
+  Map map = drive(10);
+  pageOutBeyond(map, PageStore{}, Vec3::Zero(), {});
+  EXPECT_EQ(map.nodes().size(), 20U);
+}
+
+TEST(Paging, WhatHasComeWithinReachWhileItWasAwayIsReactivated) {
+  Map map = drive(40);
+  map.setDriftReach(0.1);  // 25 constraints of 2 cm
+  map.startAt(0);
+  ASSERT_FALSE(map.isActive(KeyframeId{38}));
+  Shelf shelf;
+  const PageStore store = shelf.store(30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  MapCorrection loop;
+  loop.loops.push_back({0, 38, at(190), 0.02, 1e-3, true});
+  map.apply(loop);
+  map.startAt(0);
+  ASSERT_TRUE(map.isActive(KeyframeId{38}));
+  const MapDelta delta = bringBack(map, store, Vec3(190, 0, 0), 1);
+  EXPECT_TRUE(std::ranges::binary_search(delta.reactivated, 77));
+}
+
+}  // namespace
+}  // namespace hgg
