@@ -23,6 +23,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "cloud records are read as they lie in the message");
 
 constexpr double kMinQuaternionNorm = 1e-3;
+constexpr int kNone = -1;             // on the wire, of ids and amounts that may be 0: none, or not known
 constexpr double kMaxPosition = 1e7;  // m an axis: farther out, floats and tile indices give way
 
 /// Walks a message. The first failure sticks: what is read after it is zero, and `error` says what was wrong.
@@ -441,17 +442,32 @@ std::vector<std::uint8_t> encodePoints(Micros utime_us, std::span<const Point> p
   return encode(message);
 }
 
+void storeClasses(const ClassWeights& classes, hgg::object_t& out) {
+  out.num_classes = static_cast<std::int32_t>(classes.size());
+  out.class_ids.reserve(classes.size());
+  out.class_probabilities.reserve(classes.size());
+  for (const auto& [label, probability] : classes) {
+    out.class_ids.push_back(label);
+    out.class_probabilities.push_back(probability);
+  }
+}
+
 hgg::object_t makeObject(const ObjectSummary& object) {
-  hgg::object_t out;
+  hgg::object_t out{};  // dynamic, velocity, fragment: zero means not known
   out.id = object.id;
   out.label = object.label;
   out.name = object.name;
   store(object.belief.mean, out.mean);
   std::copy_n(object.belief.cov.data(), 9, out.cov);  // symmetric: row-major is column-major
   out.kappa = object.belief.kappa;
+  Eigen::Map<Eigen::Matrix3f>(out.position_cov) = object.position_cov.cast<float>();
+  Eigen::Map<Eigen::Matrix3f>(out.relative_cov) = object.relative_cov.cast<float>();
+  out.anchor = object.anchor;
+  out.region = kNone;
   out.stuff = object.stuff;
   out.existence = object.existence;
   out.class_probability = object.class_probability;
+  storeClasses(object.classes, out);
   out.views = object.views;
   out.leaves = object.leaves;
   out.first_us = object.first_us;
@@ -575,6 +591,8 @@ std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update) {
   message.utime = update.utime_us;
   message.revision = update.revision;
   message.complete = update.complete;
+  message.num_parts = 1;
+  message.objects.reserve(update.objects.size());
   std::transform(update.objects.begin(), update.objects.end(), std::back_inserter(message.objects), makeObject);
   message.num_objects = static_cast<std::int32_t>(message.objects.size());
   message.removed = update.removed;
@@ -585,7 +603,9 @@ std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update) {
 }
 
 std::vector<std::uint8_t> encodeStatus(const Status& status) {
-  hgg::status_t message{};
+  hgg::status_t message{};  // what is not set here is not known, and zero or empty says so
+  message.queued = kNone;
+  message.disk_free_mb = message.saved_age_s = kNone;
   message.utime = status.utime_us;
   message.frames = status.frames;
   message.dropped_busy = status.dropped_busy;
@@ -600,6 +620,8 @@ std::vector<std::uint8_t> encodeStatus(const Status& status) {
   }
   message.objects = status.objects;
   message.leaves = status.leaves;
+  message.keyframes = status.keyframes;
+  message.loops = status.loops;
   message.map_mb = status.map_mb;
   message.rss_mb = status.rss_mb;
   message.unknown_labels = status.unknown_labels;

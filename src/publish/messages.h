@@ -9,14 +9,19 @@
 
 namespace hgg {
 
-/// An object node without its geometry: what subscribers see of it.
+/// An object node without its geometry: what subscribers see of it. Fields of hgg.object_t; those of it that are not
+/// here nobody computes yet, and they go out as not known.
 struct ObjectSummary {
   NodeId id = 0;
   ClassId label = 0;
   std::string name;
-  Belief belief;  // map frame
+  Belief belief;                     // map frame
+  Mat3 position_cov = Mat3::Zero();  // m^2: how well the mean is known in the map
+  Mat3 relative_cov = Mat3::Zero();  // m^2: the same as if the pose of the anchor were exact
+  KeyframeId anchor = -1;            // the keyframe it moves rigidly with; -1 for none
   bool stuff = false;
   double existence = 1, class_probability = 1;
+  ClassWeights classes;  // probability of each class its place was taken for; empty when not known
   std::int32_t views = 0, leaves = 0;
   Micros first_us = 0, last_us = 0;
 };
@@ -31,7 +36,8 @@ struct GraphUpdate {
   std::vector<Edge> edges;             // all edges with an end among `objects`
 };
 
-/// Health of a mapper; the fields of hgg.status_t.
+/// Health of a mapper; fields of hgg.status_t. Those of it that are not here nobody computes yet, and they go out as
+/// not known.
 struct Status {
   Micros utime_us = 0;
   std::int64_t frames = 0;
@@ -40,6 +46,7 @@ struct Status {
   double frame_ms = 0;
   std::vector<std::pair<std::string, double>> stage_ms;
   std::int64_t objects = 0, leaves = 0;
+  std::int64_t keyframes = 0, loops = 0;  // loops: closed since the map was begun
   double map_mb = 0, rss_mb = 0;
   std::int64_t unknown_labels = 0;
   std::int64_t revision = 0;

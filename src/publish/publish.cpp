@@ -4,6 +4,8 @@
 #include <iterator>
 #include <utility>
 
+#include "map/keyframes.h"
+
 namespace hgg {
 namespace {
 
@@ -13,9 +15,13 @@ ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
   out.label = node.label;
   out.name = classes.name(node.label);
   out.belief = node.belief;
+  out.relative_cov = positionCovariance(node);
+  out.position_cov = out.relative_cov;  // drift of the anchor would come on top, and is not modelled yet
+  out.anchor = node.anchor;
   out.stuff = node.stuff;
   out.existence = existenceOf(node);
-  out.class_probability = node.stuff ? 1 : weightOf(classProbabilities(node.classes), node.label);
+  out.classes = node.stuff ? ClassWeights{{node.label, 1.0F}} : classProbabilities(node.classes);
+  out.class_probability = weightOf(out.classes, node.label);
   out.views = node.views;
   out.leaves = static_cast<std::int32_t>(leavesOf(node).size());
   out.first_us = node.first_us;
@@ -60,6 +66,8 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
 void describeMap(const Map& map, Status& status) {
   status.objects = static_cast<std::int64_t>(map.confirmedCount());
   status.leaves = static_cast<std::int64_t>(map.leafCount());
+  status.keyframes = std::ssize(map.keyframes().poses());
+  status.loops = std::ranges::count_if(map.keyframes().edges(), &KeyframeEdge::is_loop);
   status.map_mb = map.megabytes();
   status.revision = map.revision();
 }

@@ -364,7 +364,8 @@ TEST(Codec, RigidTransformIsWhatTheGeneratedTypeReads) {
 TEST(Codec, GraphUpdateIsWhatTheGeneratedTypeReads) {
   GraphUpdate update{
       .utime_us = 1, .revision = 2, .complete = true, .objects = {}, .removed = {3, 4}, .edges = {{5, 6, 0.25f}}};
-  ObjectSummary object{.id = 5, .label = 10, .name = "car", .belief = {}, .stuff = true, .views = 7, .leaves = 8};
+  ObjectSummary object{
+      .id = 5, .label = 10, .name = "car", .belief = {}, .stuff = true, .classes = {}, .views = 7, .leaves = 8};
   object.belief = {Vec3(1, 2, 3), Mat3::Identity(), 90};
   object.belief.cov(0, 1) = object.belief.cov(1, 0) = 0.5;
   object.first_us = 11, object.last_us = 12;
@@ -385,12 +386,87 @@ TEST(Codec, GraphUpdateIsWhatTheGeneratedTypeReads) {
   EXPECT_EQ(raw.edges[0].weight, 0.25f);
 }
 
+/// A symmetric matrix of which no two entries are alike, all exact in float32.
+Mat3 someCovariance(double first) {
+  Mat3 cov;
+  cov << first, 0.25, 0.5,  //
+      0.25, first + 1, 0.75, 0.5, 0.75, first + 2;
+  return cov;
+}
+
+hgg::object_t sent(const ObjectSummary& object) {
+  GraphUpdate update;
+  update.objects = {object};
+  return decodeGenerated<hgg::graph_update_t>(encodeGraphUpdate(update)).objects.at(0);
+}
+
+void expectRowMajor(const float* wire, const Mat3& cov) {
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      EXPECT_EQ(wire[3 * row + column], static_cast<float>(cov(row, column))) << row << " " << column;
+    }
+  }
+}
+
+TEST(Codec, AnObjectSaysWhatItIsAndHowWellItsPlaceIsKnown) {
+  ObjectSummary object;
+  object.position_cov = someCovariance(4);
+  object.relative_cov = someCovariance(8);
+  object.anchor = 17;
+  object.existence = 0.75, object.class_probability = 0.625;
+  object.classes = {{10, 0.625F}, {18, 0.25F}, {65535, 0.125F}};
+  const auto raw = sent(object);
+  expectRowMajor(raw.position_cov, object.position_cov);
+  expectRowMajor(raw.relative_cov, object.relative_cov);
+  EXPECT_EQ(raw.anchor, 17);
+  EXPECT_EQ(raw.existence, 0.75);
+  EXPECT_EQ(raw.class_probability, 0.625);
+  ASSERT_EQ(raw.num_classes, 3);
+  EXPECT_EQ(raw.class_ids, (std::vector<std::int32_t>{10, 18, 65535}));
+  EXPECT_EQ(raw.class_probabilities, (std::vector<float>{0.625F, 0.25F, 0.125F}));
+}
+
+TEST(Codec, WhatNobodyComputesOfAnObjectIsSentAsNotKnown) {
+  const auto raw = sent({});
+  EXPECT_EQ(raw.num_classes, 0);
+  EXPECT_EQ(raw.anchor, -1);
+  EXPECT_EQ(raw.region, -1);
+  EXPECT_EQ(raw.fragment, 0);
+  EXPECT_FALSE(raw.dynamic);
+  EXPECT_TRUE(std::ranges::all_of(raw.velocity, [](float v) { return v == 0; }));
+  EXPECT_TRUE(std::ranges::all_of(raw.velocity_cov, [](float v) { return v == 0; }));
+  EXPECT_TRUE(std::ranges::all_of(raw.position_cov, [](float v) { return v == 0; }));
+}
+
+TEST(Codec, AGraphUpdateIsOnePart) {
+  const auto raw = decodeGenerated<hgg::graph_update_t>(encodeGraphUpdate({}));
+  EXPECT_EQ(raw.part, 0);
+  EXPECT_EQ(raw.num_parts, 1);
+  EXPECT_EQ(raw.num_removed_edges, 0);
+}
+
+TEST(Codec, WhatNobodyComputesOfTheStatusIsSentAsNotKnown) {
+  const auto raw = decodeGenerated<hgg::status_t>(encodeStatus({}));
+  EXPECT_EQ(raw.state, hgg::status_t::STATE_UNKNOWN);
+  EXPECT_EQ(raw.started_us, 0);
+  EXPECT_EQ(raw.fragment, 0);
+  EXPECT_EQ(raw.position_sigma, 0);
+  EXPECT_EQ(raw.heading_sigma, 0);
+  EXPECT_EQ(raw.latency_ms, 0);
+  EXPECT_EQ(raw.queued, -1);
+  EXPECT_EQ(raw.map_budget_mb, 0);
+  EXPECT_EQ(raw.disk_free_mb, -1);
+  EXPECT_EQ(raw.saved_age_s, -1);
+  EXPECT_EQ(raw.num_alarms + raw.num_drops + raw.num_sensors + raw.num_values, 0);
+}
+
 TEST(Codec, StatusIsWhatTheGeneratedTypeReads) {
   Status status;
   status.utime_us = 1, status.frames = 2, status.dropped_busy = 3, status.dropped_odometry = 4;
   status.dropped_invalid = 5, status.frame_rate = 9.5, status.frame_ms = 20;
   status.stage_ms = {{"decode", 1}, {"creation", 10}};
-  status.objects = 6, status.leaves = 7, status.map_mb = 1.5, status.rss_mb = 80;
+  status.objects = 6, status.leaves = 7, status.keyframes = 12, status.loops = 13, status.map_mb = 1.5,
+  status.rss_mb = 80;
   status.unknown_labels = 8, status.revision = 9;
   status.alignment = "degenerate", status.degenerate = 2;
   const auto raw = decodeGenerated<hgg::status_t>(encodeStatus(status));
@@ -398,6 +474,11 @@ TEST(Codec, StatusIsWhatTheGeneratedTypeReads) {
   EXPECT_EQ(raw.dropped_invalid, 5);
   EXPECT_EQ(raw.stage_names, (std::vector<std::string>{"decode", "creation"}));
   EXPECT_EQ(raw.stage_ms, (std::vector<double>{1, 10}));
+  EXPECT_EQ(raw.objects, 6);
+  EXPECT_EQ(raw.leaves, 7);
+  EXPECT_EQ(raw.keyframes, 12);
+  EXPECT_EQ(raw.loops, 13);
+  EXPECT_EQ(raw.map_mb, 1.5);
   EXPECT_EQ(raw.rss_mb, 80);
   EXPECT_EQ(raw.revision, 9);
   EXPECT_EQ(raw.alignment, "degenerate");

@@ -69,6 +69,60 @@ TEST(Publish, AThingInDoubtIsRemovedAndOneBelievedInSaysHowMuch) {
   EXPECT_EQ(completeGraph(mapper, 0).objects.size(), 1U);
 }
 
+KeyframeGraph keyframesAtRest(int count) {
+  KeyframeGraph keyframes;
+  for (int k = 0; k < count; ++k) {
+    keyframes.add({k, Pose::Identity()});
+  }
+  return keyframes;
+}
+
+Mapper mapperOf(std::vector<MapNode> nodes, KeyframeGraph keyframes = {}) {
+  const Config config;
+  Map map = Map::restore(std::move(nodes), std::move(keyframes), {}, 3);
+  map.setTileSize(config.creation.tile_size);
+  return {config, ClassTable::builtin(), std::move(map)};
+}
+
+TEST(Publish, AThingSaysWhatItsPlaceWasTakenForAndHowWellItIsKnown) {
+  MapNode car;
+  car.id = 1, car.label = 10;
+  car.belief = {Vec3(1, 2, 3), Vec3(4, 1, 0.25).asDiagonal(), 400};
+  car.views = 80;
+  car.anchor = 1;
+  addViews(car.classes, {{10, 60.0F}, {18, 20.0F}});
+  const Mapper mapper = mapperOf({car}, keyframesAtRest(2));
+  const auto sent = completeGraph(mapper, 0).objects.at(0);
+  EXPECT_EQ(sent.classes, (ClassWeights{{10, 0.75F}, {18, 0.25F}}));
+  EXPECT_EQ(sent.anchor, 1);
+  // 1 / n_eff = 1/400 + 0.7^2/80 + 0.06^2 = 0.012225 of the extent, and (5 cm)^2 / 80 + (2 cm)^2.
+  const Vec3 variance = 0.012225 * Vec3(4, 1, 0.25) + Vec3::Constant(0.00043125);
+  EXPECT_TRUE(sent.position_cov.isApprox(Mat3(variance.asDiagonal()), 1e-12)) << sent.position_cov;
+  EXPECT_TRUE(sent.relative_cov.isApprox(Mat3(variance.asDiagonal()), 1e-12)) << sent.relative_cov;
+}
+
+TEST(Publish, StuffIsOfItsClassForSure) {
+  MapNode road;
+  road.id = 1, road.label = 40;
+  road.stuff = true;
+  road.belief = {Vec3(1, 2, 0), Mat3::Identity(), 400};
+  const auto sent = completeGraph(mapperOf({road}), 0).objects.at(0);
+  EXPECT_EQ(sent.classes, (ClassWeights{{40, 1.0F}}));
+  EXPECT_EQ(sent.class_probability, 1);
+}
+
+TEST(Publish, StatusCountsKeyframesAndLoopsButNotTies) {
+  KeyframeGraph keyframes = keyframesAtRest(4);
+  for (const KeyframeId a : {0, 1, 2}) {
+    keyframes.connect({a, a + 1, Pose::Identity(), 0.01, 0.01, false});
+  }
+  keyframes.connect({0, 3, Pose::Identity(), 0.01, 0.01, true});
+  Status status;
+  describeMap(mapperOf({}, keyframes).map(), status);
+  EXPECT_EQ(status.keyframes, 4);
+  EXPECT_EQ(status.loops, 1);
+}
+
 TEST(Publish, WhatOnlyMovedIsSentWithItsEdges) {
   const Drive drive(20);
   const Edge edge = drive.mapper.edges().at(0);
