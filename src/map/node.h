@@ -47,7 +47,7 @@ struct MapNode {
   std::vector<Leaf> leaves;
   ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
   std::int32_t views = 0;  // objects of frames merged into this node
-  KeyframeId anchor = -1;  // the keyframe it was made from: what moves that moves this
+  KeyframeId anchor = -1;  // the keyframe it was made at; the node moves rigidly with it
   Micros first_us = 0, last_us = 0;
 };
 
