@@ -18,9 +18,6 @@
 namespace hgg {
 namespace {
 
-/// Nodes that are merged with what they lie on at once, a few milliseconds' work.
-constexpr std::size_t kMostMerged = 200;
-
 /// Times consecutive stages of a step.
 class StageClock {
  public:
@@ -42,23 +39,6 @@ std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<Class
     names[info.id] = info.name;
   }
   return names;
-}
-
-/// What one step did first and then, as one. A node is named once: as removed before as changed before as moved,
-/// whichever came first.
-MapDelta joined(MapDelta first, MapDelta second) {
-  if (second.revision == 0) {
-    return first;
-  }
-  MapDelta both;
-  both.revision = second.revision;
-  std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
-  std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
-  std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
-  const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
-  std::erase_if(both.changed, isRemoved);
-  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
-  return both;
 }
 
 std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, const CreationConfig& config) {
@@ -97,128 +77,80 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
     : config_(std::move(config)),
       classes_(std::move(classes)),
       map_(std::move(map)),
-      loops_(config_, classes_.similar(), timing) {
+      corrector_(config_, classes_, timing) {
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
+  corrector_.start(map_);
   if (config_.correction.loop_closure) {
-    loops_.start(map_);
     map_.setDriftReach(config_.correction.drift_reach);
   }
-}
-
-std::optional<PoseBelief> Mapper::predict(const Pose& T_odom_body) const {
-  return last_ ? propagatePose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment)
-               : std::nullopt;
 }
 
 StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
-  const auto predicted = predict(frame.T_odom_body);
-  const PoseBelief prior = predicted.value_or(startPose(T_map_odom_ * frame.T_odom_body, map_.nodes().empty()));
-  if (!last_) {
-    map_.startAt(map_.keyframes().newestAt(prior.T_map_body.translation()));
-  }
+  const std::optional<PoseBelief> propagated = propagate(frame.T_odom_body);
+  const PoseBelief prior = propagated ? *propagated : start(frame.T_odom_body);
 
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, classes_, config_);
   clock.lap("creation");
   const Alignment alignment = align(local, map_, prior, config_);
   clock.lap("alignment");
-  const KeyframeId keyframe = map_.keyframes().last();
-  report.delta = update(frame, local, alignment, !predicted);
+  const Pose T_last_body =
+      last_ ? Pose(last_->pose.T_map_body.inverse() * alignment.pose.T_map_body) : Pose::Identity();
+  const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, !propagated);
+  MapDelta updated = update(local, alignment, T_last_body, keyframe);
   clock.lap("update");
-  if (map_.keyframes().last() != keyframe) {
-    report.delta = joined(std::move(report.delta), correct(local, alignment));
-  }
+  Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
   clock.lap("correction");
 
-  T_map_odom_ = last_->pose.T_map_body * frame.T_odom_body.inverse();
+  last_ = {correction.pose, frame.T_odom_body};
+  T_map_odom_ = correction.pose.T_map_body * frame.T_odom_body.inverse();
   report.utime_us = frame.utime_us;
+  report.delta = std::move(correction.delta);
+  report.points = local.points.size();
+  report.unknown_labels = local.unknown_labels;
+  report.nonfinite_points = local.nonfinite_points;
+  describePose(alignment, report);
+  return report;
+}
+
+std::optional<PoseBelief> Mapper::propagate(const Pose& T_odom_body) const {
+  return last_ ? propagatePose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment)
+               : std::nullopt;
+}
+
+PoseBelief Mapper::start(const Pose& T_odom_body) {
+  const PoseBelief pose = startPose(T_map_odom_ * T_odom_body, map_.nodes().empty());
+  if (!last_) {
+    map_.startAt(map_.keyframes().newestAt(pose.T_map_body.translation()));
+  }
+  return pose;
+}
+
+MapDelta Mapper::update(const LocalGraph& local, const Alignment& alignment, const Pose& T_last_body,
+                        const std::optional<NewKeyframe>& keyframe) {
+  const Pose& T_map_body = alignment.pose.T_map_body;
+  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
+  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
+  update.keyframe = keyframe;
+  return map_.apply(std::move(update));
+}
+
+void Mapper::describePose(const Alignment& alignment, StepReport& report) const {
   report.T_map_body = last_->pose.T_map_body;
+  report.T_map_odom = T_map_odom_;
   report.keyframe = map_.keyframes().last();
   report.T_keyframe_body = map_.keyframes().poses().back().T_map_body.inverse() * report.T_map_body;
   report.source = alignment.source;
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
-  report.T_map_odom = T_map_odom_;
-  report.points = local.points.size();
-  report.unknown_labels = local.unknown_labels;
-  report.nonfinite_points = local.nonfinite_points;
-  return report;
 }
 
 void Mapper::finish() {
-  if (const auto correction = loops_.finish(map_)) {
-    carryOut(*correction);
+  const Correction correction = corrector_.finish(map_, last_ ? last_->pose : PoseBelief{});
+  if (last_) {
+    last_->pose = correction.pose;
   }
-  while (!pending_merges_.empty()) {
-    mergePending({});
-  }
-}
-
-MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
-  const Pose& T_map_body = alignment.pose.T_map_body;
-  const Pose T_last_body = last_ ? Pose(last_->pose.T_map_body.inverse() * T_map_body) : Pose::Identity();
-  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
-  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
-  ++frames_;
-  travel_ = travelOn(travel_, T_last_body, alignment, is_jump, config_);
-  if (map_.keyframes().needsOne(T_map_body)) {
-    update.constraints = betweenConstraints(T_map_body, map_, local, alignment, travel_, config_);
-    travel_ = {};
-  }
-  last_ = {alignment.pose, frame.T_odom_body};
-  return mergePending(map_.apply(std::move(update)));
-}
-
-MapDelta Mapper::correct(const LocalGraph& local, const Alignment& alignment) {
-  MapDelta delta;
-  const int frames = std::exchange(frames_, 0);
-  if (config_.correction.window) {
-    pose_window_.add(map_, map_.keyframes().last(), local, alignment);
-    if (const auto correction = pose_window_.solve(map_, config_)) {
-      delta = carryOut(*correction);
-    }
-  }
-  if (config_.correction.em) {
-    geometry_window_.add(map_.keyframes().last(), local, alignment.pairs, frames, config_);
-    MapUpdate refined;
-    refined.is_sequel = true;
-    refined.pose = map_.keyframes().poses().back();
-    refined.changed = geometry_window_.refine(map_, config_);
-    delta = joined(std::move(delta), map_.apply(std::move(refined)));
-  }
-  if (config_.correction.loop_closure) {
-    if (const auto correction = loops_.step(map_)) {
-      delta = joined(std::move(delta), carryOut(*correction));
-    }
-  }
-  return delta;
-}
-
-MapDelta Mapper::mergePending(MapDelta delta) {
-  std::vector<NodeId> found, waiting;
-  std::ranges::set_union(delta.reactivated, delta.colliding, std::back_inserter(found));
-  std::ranges::set_union(pending_merges_, found, std::back_inserter(waiting));
-  if (waiting.empty()) {
-    return delta;
-  }
-  const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostMerged));
-  pending_merges_.assign(rest, waiting.end());
-  waiting.erase(rest, waiting.end());
-  MapUpdate merged = mergeDuplicates(map_, waiting, classes_, config_);
-  return joined(std::move(delta), map_.apply(std::move(merged)));
-}
-
-MapDelta Mapper::carryOut(const MapCorrection& correction) {
-  const Pose T_map_keyframe = map_.keyframes().poses().back().T_map_body;
-  MapDelta delta = mergePending(map_.apply(correction));
-  const Pose move = orthonormalized(map_.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
-  PoseBelief& pose = last_->pose;
-  pose.T_map_body = orthonormalized(move * pose.T_map_body);
-  Mat6 turn = Mat6::Zero();
-  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = move.linear();
-  pose.information = turn * pose.information * turn.transpose();
-  return delta;
 }
 
 std::vector<Edge> Mapper::edges() const {

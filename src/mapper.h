@@ -7,10 +7,7 @@
 
 #include "config.h"
 #include "core/se3.h"
-#include "correction/between.h"
-#include "correction/geometry_window.h"
-#include "correction/loop_closer.h"
-#include "correction/pose_window.h"
+#include "correction/corrector.h"
 #include "frame/frame.h"
 #include "map/map.h"
 
@@ -36,19 +33,19 @@ struct StepReport {
 /// it can.
 std::string explainMismatch(const Map& map, const Config& config, const ClassTable& classes);
 
-/// The paper's system figure: frame -> creation -> alignment -> map update -> correction.
+/// The paper's system figure: frame -> propagation -> creation -> alignment -> map update -> correction.
 class Mapper {
  public:
   Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed);
 
   StepReport step(const Frame& frame);
-  /// At the end of a drive, before the map is stored: takes what correction is still at work on.
+  /// At the end of a drive, before the map is stored: completes what correction is still at work on.
   void finish();
 
   const Map& map() const { return map_; }
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
-  const LoopCloser& loops() const { return loops_; }
+  const LoopCloser& loops() const { return corrector_.loops(); }
   /// The relative neighbourhood graph of the nodes believed in, weighted (eq. rel_weights).
   std::vector<Edge> edges() const;
   /// Edges of that graph with an end among `ids` (ascending).
@@ -61,28 +58,21 @@ class Mapper {
     Pose T_odom_body;
   };
 
-  /// Where odometry says the body is, before the map is asked.
-  std::optional<PoseBelief> predict(const Pose& T_odom_body) const;
-  /// Map update and what has to be done at once.
-  MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump);
-  /// Correction at a new keyframe.
-  MapDelta correct(const LocalGraph& local, const Alignment& alignment);
-  /// Merges what may have come to lie on something else: a few at a time, however much a loop has reactivated.
-  MapDelta mergePending(MapDelta delta);
-  /// Applies a correction; the present pose goes with the last keyframe.
-  MapDelta carryOut(const MapCorrection& correction);
+  /// The last pose and the odometry since; nullopt at the first frame and where odometry has jumped.
+  std::optional<PoseBelief> propagate(const Pose& T_odom_body) const;
+  /// The pose to start from where there is none to propagate.
+  PoseBelief start(const Pose& T_odom_body);
+  /// The frame fused into the map.
+  MapDelta update(const LocalGraph& local, const Alignment& alignment, const Pose& T_last_body,
+                  const std::optional<NewKeyframe>& keyframe);
+  void describePose(const Alignment& alignment, StepReport& report) const;
 
   Config config_;
   ClassTable classes_;
   Map map_;
-  PoseWindow pose_window_;
-  GeometryWindow geometry_window_;
-  LoopCloser loops_;
+  Corrector corrector_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Aligned> last_;
-  Travel travel_;                       // since the last keyframe
-  int frames_ = 0;                      // since the last keyframe
-  std::vector<NodeId> pending_merges_;  // still to be merged, ascending
 };
 
 }  // namespace hgg

@@ -186,7 +186,7 @@ TEST(MapperLoop, ClosesARoundAndMovesPosesMapAndTrajectoryTogether) {
       EXPECT_LT((report.T_map_body.translation() - T_last.translation()).norm(), 1.2);
     }
   }
-  ASSERT_TRUE(corrected) << (rounds.mapper.loops().records().empty() ? "never asked"
+  ASSERT_TRUE(corrected) << (rounds.mapper.loops().records().empty() ? "never verified"
                                                                      : rounds.mapper.loops().records().back().reason);
   const double before = worstError(rounds.reports, nullptr);
   const double after = worstError(rounds.reports, &rounds.mapper.map().keyframes());
@@ -309,23 +309,23 @@ double worstKeyframe(const KeyframeGraph& keyframes) {
   return worst;
 }
 
-/// Rounds that end as soon as a question is open that a loop will be the answer to.
-Rounds endedWithAQuestionOpen() {
+/// Rounds that end while a candidate is being verified that will turn out to be a loop.
+Rounds endedWhileVerifying() {
   Rounds whole;
   while (whole.mapper.loops().accepted() == 0 && whole.reports.size() < kRound + 30) {
     whole.step();
   }
-  const auto asked = std::ranges::find_if(
+  const auto candidate = std::ranges::find_if(
       whole.reports, [&](const StepReport& r) { return r.utime_us == whole.mapper.loops().records().back().now_us; });
   Rounds rounds;
-  while (rounds.reports.size() < static_cast<std::size_t>(asked - whole.reports.begin()) + 2) {
+  while (rounds.reports.size() < static_cast<std::size_t>(candidate - whole.reports.begin()) + 2) {
     rounds.step();
   }
   return rounds;
 }
 
-TEST(MapperLoop, WhatIsStillLookedAtAtTheEndOfADriveIsNotLost) {
-  Rounds rounds = endedWithAQuestionOpen();
+TEST(MapperLoop, WhatIsStillBeingVerifiedAtTheEndOfADriveIsNotLost) {
+  Rounds rounds = endedWhileVerifying();
   EXPECT_EQ(rounds.mapper.loops().accepted(), 0);
   const double before = worstKeyframe(rounds.mapper.map().keyframes());
   rounds.mapper.finish();
@@ -337,8 +337,8 @@ TEST(MapperLoop, WhatIsStillLookedAtAtTheEndOfADriveIsNotLost) {
   EXPECT_EQ(encodeMap(rounds.mapper.map(), {}), bytes) << "twice is once";
 }
 
-TEST(MapperResume, AMapWithALoopOpenIsNotTiedToBothOfItsEnds) {
-  const Rounds before = endedWithAQuestionOpen();
+TEST(MapperResume, AMapWithALoopOpenIsNotConstrainedToBothOfItsEnds) {
+  const Rounds before = endedWhileVerifying();
   auto stored = decodeMap(encodeMap(before.mapper.map(), {}));
   ASSERT_TRUE(stored) << stored.error;
   Config config = Rounds::config();

@@ -10,28 +10,30 @@
 namespace hgg {
 namespace {
 
-/// A keyframe's worth of motion.
+/// The motion from one keyframe to the next (map/keyframes).
 constexpr double kStep = 2, kStepTurn = 20 * kDegree;  // m, rad
-/// What alignment loses in it, as a share of a leaf's size and in turn: 0.35 m and 0.3 degrees in 100 m of street.
+/// Alignment's error over one such step, as a share of the leaf size and in rad: 0.35 leaf sizes and 0.3 degrees in 100
+/// m of street.
 constexpr double kLossShare = 0.05, kTurnLoss = 0.04 * kDegree;
-/// How well a frame lies on what it was aligned with.
+/// How well a frame lies on the part of the map it was aligned with, as a share of the leaf size and in rad.
 constexpr double kFitShare = 0.125, kFitTurn = 0.2 * kDegree;
-constexpr double kLost = 0.3, kLostTurn = 3 * kDegree;  // after a jump
+/// Uncertainty of the pose after a jump (startPose()): m, rad.
+constexpr double kLost = 0.3, kLostTurn = 3 * kDegree;
 constexpr std::size_t kMostAnchors = 2;
-constexpr double kAnchorShare = 0.1;  // of the leaves that were aligned
+constexpr double kAnchorShare = 0.1;  // least share of the aligned leaves that makes an anchor count
 
-/// What of the pose the map does not hold.
-struct Unheld {
+/// The parts of a pose that the map does not constrain.
+struct Unconstrained {
   bool position = false, turn = false;
 };
 
-Unheld unheldOf(const Alignment& alignment) {
-  Unheld unheld{alignment.leaf_pairs == 0, alignment.leaf_pairs == 0};
+Unconstrained unconstrainedBy(const Alignment& alignment) {
+  Unconstrained unconstrained{alignment.leaf_pairs == 0, alignment.leaf_pairs == 0};
   for (const Vec6& direction : alignment.degenerate_directions) {  // of unit length
-    unheld.position |= direction.head<3>().norm() > 0.5;
-    unheld.turn |= direction.tail<3>().norm() > 0.5;
+    unconstrained.position |= direction.head<3>().norm() > 0.5;
+    unconstrained.turn |= direction.tail<3>().norm() > 0.5;
   }
-  return unheld;
+  return unconstrained;
 }
 
 KeyframeId nearestActive(const Map& map, const Vec3& p_map) {
@@ -46,9 +48,10 @@ KeyframeId nearestActive(const Map& map, const Vec3& p_map) {
   return nearest;
 }
 
-/// The keyframes that most leaves of what was aligned with are anchored to, but for `tied`; the most first.
+/// The keyframes to which most leaves are anchored that the frame was aligned with, by falling number; `except` is left
+/// out.
 std::vector<KeyframeId> anchorsOf(const Map& map, const LocalGraph& local, const Alignment& alignment,
-                                  KeyframeId tied) {
+                                  KeyframeId except) {
   std::map<KeyframeId, double> leaves_of;
   double leaves = 0;
   for (const ObjectPair& pair : alignment.pairs) {
@@ -58,7 +61,7 @@ std::vector<KeyframeId> anchorsOf(const Map& map, const LocalGraph& local, const
   }
   std::vector<std::pair<double, KeyframeId>> ranked;
   for (const auto& [anchor, count] : leaves_of) {
-    if (anchor >= 0 && anchor != tied && count >= kAnchorShare * leaves) {
+    if (anchor >= 0 && anchor != except && count >= kAnchorShare * leaves) {
       ranked.emplace_back(-count, anchor);
     }
   }
@@ -73,26 +76,24 @@ std::vector<KeyframeId> anchorsOf(const Map& map, const LocalGraph& local, const
 
 }  // namespace
 
-Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
-                const Config& config) {
+Travel propagateTravel(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
+                       const AlignmentConfig& odometry, double leaf_size) {
   if (is_jump) {
     return {std::hypot(travel.sigma, kLost), std::hypot(travel.sigma_turn, kLostTurn), true};
   }
   const double way = T_last_body.translation().norm(), turn = turnOf(T_last_body);
   const double steps = std::sqrt(way / kStep + turn / kStepTurn);
-  const AlignmentConfig& odometry = config.alignment;
   const double by_odometry = odometry.odometry_drift * way;
   const double turn_by_odometry = odometry.odometry_turn_deg * kDegree * way + odometry.odometry_drift * turn;
-  const Unheld unheld = unheldOf(alignment);
-  return {unheld.position ? travel.sigma + by_odometry
-                          : std::hypot(travel.sigma, steps * kLossShare * config.map.leaf_size),
-          unheld.turn ? travel.sigma_turn + turn_by_odometry : std::hypot(travel.sigma_turn, steps * kTurnLoss),
-          travel.jumped};
+  const Unconstrained unconstrained = unconstrainedBy(alignment);
+  return {
+      unconstrained.position ? travel.sigma + by_odometry : std::hypot(travel.sigma, steps * kLossShare * leaf_size),
+      unconstrained.turn ? travel.sigma_turn + turn_by_odometry : std::hypot(travel.sigma_turn, steps * kTurnLoss),
+      travel.jumped};
 }
 
 std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const Map& map, const LocalGraph& local,
-                                                  const Alignment& alignment, const Travel& travel,
-                                                  const Config& config) {
+                                                  const Alignment& alignment, const Travel& travel, double leaf_size) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   if (poses.empty()) {
     return {};
@@ -106,11 +107,12 @@ std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const 
   if (!travel.jumped) {
     constraints.push_back(constraintTo(last, travel.sigma, travel.sigma_turn));
   }
-  const Unheld unheld = unheldOf(alignment);
-  const bool is_held = !unheld.position && !unheld.turn;  // else it drifts from all of the map, not by this step only
-  if (alignment.leaf_pairs > 0 && (is_held || travel.jumped)) {
-    const double sigma = unheld.position ? travel.sigma : kFitShare * config.map.leaf_size;
-    const double sigma_turn = unheld.turn ? travel.sigma_turn : kFitTurn;
+  const Unconstrained unconstrained = unconstrainedBy(alignment);
+  // A pose that the map constrains in part only has drifted from all of it, and not only over this step.
+  const bool is_constrained = !unconstrained.position && !unconstrained.turn;
+  if (alignment.leaf_pairs > 0 && (is_constrained || travel.jumped)) {
+    const double sigma = unconstrained.position ? travel.sigma : kFitShare * leaf_size;
+    const double sigma_turn = unconstrained.turn ? travel.sigma_turn : kFitTurn;
     for (const KeyframeId anchor : anchorsOf(map, local, alignment, travel.jumped ? -1 : last)) {
       constraints.push_back(constraintTo(anchor, sigma, sigma_turn));
     }

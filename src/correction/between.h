@@ -8,23 +8,25 @@
 
 namespace hgg {
 
-/// What may have been lost on the way from the last keyframe to the present frame, one standard deviation.
+/// Uncertainty of the motion from the last keyframe to the present frame, one standard deviation.
 struct Travel {
   double sigma = 0;       // m
   double sigma_turn = 0;  // rad
-  bool jumped = false;    // odometry said nothing usable on the way
+  bool jumped = false;    // somewhere on the way odometry gave no usable motion
 };
 
-/// `travel` and one more step of odometry, T_last_body: what alignment loses where the frame was aligned, what odometry
-/// does where it was not, wholly or in some direction. `is_jump`: odometry said nothing usable.
-Travel travelOn(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
-                const Config& config);
+/// Propagates the uncertainty over one more motion, T_last_body. Where the frame was aligned with the map it grows by
+/// what alignment loses; in position or rotation that the map does not constrain it grows by odometry's own error.
+/// `is_jump`: odometry gave no usable motion. `leaf_size` (m) is the map's.
+Travel propagateTravel(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
+                       const AlignmentConfig& odometry, double leaf_size);
 
-/// Ties of a keyframe at T_map_body to the last one, and to the keyframes that most of what it was aligned with is
-/// anchored to. After a jump, or in a stored map, the way from the last one is not known: only where in the map the
-/// robot is. Then what it was aligned with ties it alone, or else the nearest keyframe.
+/// Constraints of a new keyframe at T_map_body: one to the last keyframe, and one to each of the (at most two)
+/// keyframes to which most leaves are anchored that the frame was aligned with. After a jump, or at the start in a
+/// stored map, the motion from the last keyframe is unknown and only the place in the map is known: then the
+/// constraints go to those anchors alone or, where there are none, to the nearest keyframe. `leaf_size` (m) is the
+/// map's. Empty in an empty map.
 std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const Map& map, const LocalGraph& local,
-                                                  const Alignment& alignment, const Travel& travel,
-                                                  const Config& config);
+                                                  const Alignment& alignment, const Travel& travel, double leaf_size);
 
 }  // namespace hgg

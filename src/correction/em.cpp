@@ -12,7 +12,7 @@ namespace hgg {
 namespace {
 
 constexpr double kLeastVariance = 1e-12;  // m^2; what a density needs when lambda is 0
-constexpr double kLeastMass = 1e-12;      // points; less has no mean
+constexpr double kLeastMass = 1e-12;      // points; a smaller mass has no mean
 constexpr double kNegligible = 40;        // e^-40 is lost in the rounding of a sum of 1
 constexpr double kFarthest = 1e12;        // m; no measured point is further out
 constexpr double kMostCells = 64;         // an axis
@@ -23,7 +23,7 @@ struct Density {
   Mat3 whitening;   // by eigenvectors: no cancellation, however thin the leaf
   Vec3 deviation;   // standard deviations along the axes of the frame, m
   double log_peak;  // weight and normalisation
-  double log_blur;  // of the factor for lambda
+  double log_blur;  // logarithm of the factor for lambda
 
   double squaredDistance(const Vec3& x) const { return (whitening * (x - mean)).squaredNorm(); }
 };
@@ -47,7 +47,7 @@ std::vector<Density> densitiesOf(std::span<const Belief> leaves, double lambda) 
   return densities;
 }
 
-/// Points sorted into cubic cells, x running fastest, so that a row of cells is one run of points.
+/// Points sorted into cubic cells, x running fastest: the points of a row of cells are consecutive.
 struct PointGrid {
   Vec3 low = Vec3::Zero();
   double cell = 1;  // m
@@ -68,8 +68,8 @@ bool isPlace(const Vec3& p) {
   return std::abs(p.x()) < kFarthest && std::abs(p.y()) < kFarthest && std::abs(p.z()) < kFarthest;
 }
 
-/// An empty grid around the leaves, made for surfaces: some eight points a cell. Points outside count as in the cell at
-/// the border next to them, so that one stray point does not stretch the cells.
+/// An empty grid around the leaves with about eight points a cell, if they lie on surfaces. Points outside belong to
+/// the nearest cell at the border, so that one stray point does not stretch the cells.
 PointGrid gridAround(std::span<const Belief> leaves, std::size_t points) {
   PointGrid grid;
   Vec3 high = Vec3::Constant(-kFarthest);
@@ -112,8 +112,8 @@ PointGrid gridOf(std::span<const Vec3> points, std::span<const Belief> leaves) {
   return grid;
 }
 
-/// Appends the points within the gate, by way of the box around the leaf's ellipsoid: each leaf looks as far as it
-/// reaches itself, so that one large leaf costs no other.
+/// Appends the points within the gate. They are looked for in the box around the leaf's own ellipsoid, so that one
+/// large leaf does not make the search of the others larger.
 void appendWithin(const PointGrid& grid, const Density& leaf, double gate, std::vector<std::uint32_t>& found) {
   const Vec3 reach = gate * (1 + 1e-9) * leaf.deviation;
   std::array<std::size_t, 3> first{}, last{};

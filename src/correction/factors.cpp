@@ -27,7 +27,7 @@ Mat3 rotation(const double* pose_block) {
   return Eigen::Map<const Eigen::Quaterniond>(pose_block + 3).toRotationMatrix();
 }
 
-/// Derivative of Exp(w) q by w at 0, rows x y z w. Its columns are orthogonal and half a unit long.
+/// Derivative of Exp(w) q by w at 0, rows x y z w. Its columns are orthogonal and of length 1/2.
 Mat4x3 quaternionByTurn(const double* pose_block) {
   const Eigen::Map<const Eigen::Quaterniond> q(pose_block + 3);
   Mat4x3 J;
@@ -36,7 +36,7 @@ Mat4x3 quaternionByTurn(const double* pose_block) {
   return J;
 }
 
-/// Hands Ceres the derivatives by a pose's tangent (v, w) as ones by its seven numbers.
+/// Stores the derivatives by a pose's tangent (v, w) as derivatives by its seven numbers, which Ceres asks for.
 template <int Rows, typename ByMove, typename ByTurn>
 void storePoseJacobian(const double* pose_block, const Eigen::MatrixBase<ByMove>& by_move,
                        const Eigen::MatrixBase<ByTurn>& by_turn, double* jacobian) {
@@ -45,16 +45,16 @@ void storePoseJacobian(const double* pose_block, const Eigen::MatrixBase<ByMove>
   J.template rightCols<4>() = 4 * by_turn * quaternionByTurn(pose_block).transpose();
 }
 
-/// W with W^T W = information; what rounding made negative counts as zero.
+/// W with W^T W = information. Eigenvalues that rounding has made negative count as zero.
 template <typename Matrix>
 Matrix rootOf(const Matrix& information) {
   const Eigen::SelfAdjointEigenSolver<Matrix> e(information);
   return e.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * e.eigenvectors().transpose();
 }
 
-class RelativePoseFactor : public ceres::SizedCostFunction<6, kPoseSize, kPoseSize> {
+class BetweenFactor : public ceres::SizedCostFunction<6, kPoseSize, kPoseSize> {
  public:
-  RelativePoseFactor(const Pose& T_a_b, const Mat6& information) : T_a_b_(T_a_b), root_(rootOf(information)) {}
+  BetweenFactor(const Pose& T_a_b, const Mat6& information) : T_a_b_(T_a_b), root_(rootOf(information)) {}
 
   bool Evaluate(double const* const* parameters, double* residuals, double** jacobians) const override {
     const Mat3 R_a_map = rotation(parameters[0]).transpose();
@@ -69,7 +69,7 @@ class RelativePoseFactor : public ceres::SizedCostFunction<6, kPoseSize, kPoseSi
     const Mat6x3 by_move_b = root_.leftCols<3>() * R_a_map;
     const Mat6x3 by_turn_b = root_.rightCols<3>() * inverseLeftJacobian(turn) * R_a_map;
     if (jacobians[0] != nullptr) {
-      // A turn of a swings b's position against it, about a.
+      // When a turns by w, b as seen from a moves by -w x (b - a).
       const Mat6x3 by_turn_a = by_move_b * skew(way_map) - by_turn_b;
       storePoseJacobian<6>(parameters[0], -by_move_b, by_turn_a, jacobians[0]);
     }
@@ -277,8 +277,8 @@ void ScalingLoss::Evaluate(double s, double rho[3]) const {
   rho[2] = -2 * share * share / (phi_ + s);
 }
 
-std::unique_ptr<ceres::CostFunction> relativePoseFactor(const Pose& T_a_b, const Mat6& information) {
-  return std::make_unique<RelativePoseFactor>(T_a_b, information);
+std::unique_ptr<ceres::CostFunction> betweenFactor(const Pose& T_a_b, const Mat6& information) {
+  return std::make_unique<BetweenFactor>(T_a_b, information);
 }
 
 std::unique_ptr<ceres::CostFunction> posePriorFactor(const PoseBelief& prior) {

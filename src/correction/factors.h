@@ -16,12 +16,12 @@ namespace hgg {
 /// Factors of the correction (eqs fgo, odom_res, obj_res) for Ceres, with analytic derivatives.
 ///
 /// A pose block is t (3, m) and the unit quaternion x y z w (4) of T_map_body; its tangent is the (v, w) of retract()
-/// and localCoordinates(): T = (Exp(w) R, t + v), both in the map frame. Derivatives are exact by the tangent. Those by
-/// the seven numbers, which Ceres asks for, are the tangent's times the manifold's minus Jacobian, so that times the
-/// plus Jacobian they are the tangent's again.
+/// and localCoordinates(): T = (Exp(w) R, t + v), both in the map frame. Derivatives by the tangent are exact. Ceres
+/// asks for those by the seven numbers: the factors give it the tangent's times the manifold's minus Jacobian, and
+/// Ceres gets the tangent's back when it multiplies by the plus Jacobian.
 ///
-/// An object block is mu (3, m) and L = log Sigma (6: entries 00 11 22 01 02 12), both in the map frame. It is one
-/// block, since the Schur complement can only eliminate objects whose blocks share no factor.
+/// An object block is mu (3, m) and L = log Sigma (6: entries 00 11 22 01 02 12), both in the map frame. The two are
+/// one block because the Schur complement can only eliminate blocks that share no factor.
 
 constexpr int kPoseSize = 7, kObjectSize = 9;
 using PoseBlock = std::array<double, kPoseSize>;
@@ -46,11 +46,11 @@ class PoseManifold : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;  // 6x7, row-major
 };
 
-/// Of a problem that owns neither its factors nor its loss nor its manifold.
+/// Options of a problem that owns neither its factors nor its loss nor its manifold.
 ceres::Problem::Options borrowing();
 
 /// Dynamic covariance scaling (Agarwal et al., 2013) as a loss: a squared error s counts in full up to phi, and beyond
-/// with the weight rho' = (2 phi / (phi + s))^2, so that true ones are not shrunk and false ones let go.
+/// it with the weight rho' = (2 phi / (phi + s))^2. True measurements keep their weight and false ones lose theirs.
 class ScalingLoss : public ceres::LossFunction {
  public:
   explicit ScalingLoss(double phi) : phi_(phi) {}
@@ -61,15 +61,15 @@ class ScalingLoss : public ceres::LossFunction {
   double phi_;
 };
 
-/// eq. odom_res on pose blocks (a, b): information^(1/2) localCoordinates(T_a^-1 T_b, measured), 6 residuals. Their
-/// tangent, which is the information's too, is (translation, rotation vector) in frame a about b's origin.
-std::unique_ptr<ceres::CostFunction> relativePoseFactor(const Pose& T_a_b, const Mat6& information);
+/// eq. odom_res on pose blocks (a, b): information^(1/2) localCoordinates(T_a^-1 T_b, measured), 6 residuals. The
+/// tangent of the residuals and of the information is (translation, rotation vector) in frame a about b's origin.
+std::unique_ptr<ceres::CostFunction> betweenFactor(const Pose& T_a_b, const Mat6& information);
 
 /// information^(1/2) localCoordinates(T, prior) on a pose block, 6 residuals in the map frame.
 std::unique_ptr<ceres::CostFunction> posePriorFactor(const PoseBelief& prior);
 
-/// eq. obj_res on (pose block, object block): 9 residuals, r_mu times the root of the mean's information, r_Sigma times
-/// that of the extent's. With the identity as constant pose it is the object's prior in the map frame.
+/// eq. obj_res on (pose block, object block): 9 residuals, r_mu times the root of the mean's information and r_Sigma
+/// times that of the extent's. With the identity as a constant pose it is the object's prior in the map frame.
 std::unique_ptr<ceres::CostFunction> objectFactor(const ObjectObservation& observation_body);
 
 /// eq. obj_res itself, unweighted: r_mu = R^T (mu - t) - mu_obs (3, m, body frame) and r_Sigma = vech_W(U^T (R^T L R -

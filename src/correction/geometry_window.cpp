@@ -9,13 +9,13 @@
 namespace hgg {
 namespace {
 
-constexpr std::size_t kViews = 5;  // keyframes
+constexpr std::size_t kWindowSize = 5;  // keyframes
 constexpr int kIterations = 2;
-constexpr double kGate = 3;          // standard deviations
-constexpr double kFewestPoints = 1;  // a leaf that EM leaves with less evidence is none
+constexpr double kGate = 3;          // standard deviations, of EM
+constexpr double kFewestPoints = 1;  // a leaf that EM leaves with less evidence is dropped
 
-/// Each leaf without what the window's points gave it, as far as the leaves tell: evidence less the mass that the
-/// points lay on it, the rest taken to be like the whole.
+/// The leaves as they were before the window, which is not recorded: each one's evidence is reduced by the mass that
+/// the window's points lay on it, and its mean and covariance are kept.
 std::vector<Belief> withoutWindow(const std::vector<Belief>& leaves, const std::vector<Vec3>& points,
                                   const EmOptions& options) {
   const Sight sight = findSight(leaves, points, options);
@@ -35,18 +35,18 @@ double evidenceOf(const std::vector<Belief>& leaves) {
 /// The points of a node in the window.
 struct Sample {
   std::vector<Vec3> points;  // object frame
-  double measured = 0;       // points that they stand for
+  double measured = 0;       // measured points that they stand for
 };
 
-/// EM lays evidence on other leaves and makes none: all of it was counted when the frames were fused. What no point of
-/// the window has touched stays as it is, the others share the evidence that they had.
+/// EM moves evidence between leaves and adds none, because all of it was counted when the frames were fused. Leaves
+/// that no point of the window reaches stay as they are; the others share the evidence that they had together.
 Leaves refined(const Leaves& leaves, const Sample& sample, EmOptions options) {
   std::vector<Belief> start;
   start.reserve(leaves.size());
   for (const Leaf& leaf : leaves) {
     start.push_back(unpackLeaf(leaf));
   }
-  // Not every frame between two keyframes saw the node: its points stand for no more than it was given.
+  // Not every frame between two keyframes saw the node, so its points stand for no more than the evidence it has.
   options.point_weight = std::min(sample.measured, evidenceOf(start)) / static_cast<double>(sample.points.size());
   std::vector<Belief> found =
       refineLeaves(withoutWindow(start, sample.points, options), start, sample.points, options).leaves;
@@ -78,44 +78,43 @@ Leaves refined(const Leaves& leaves, const Sample& sample, EmOptions options) {
 }  // namespace
 
 void GeometryWindow::add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs, int frames,
-                         const Config& config) {
-  const auto most = static_cast<std::size_t>(config.correction.em_points);
+                         int max_points) {
+  const auto most = static_cast<std::size_t>(max_points);
   const std::size_t stride = std::max<std::size_t>(1, (local.points.size() + most - 1) / most);
-  View view{keyframe, static_cast<double>(stride) * std::max(frames, 1), {}};
+  Keyframe added{keyframe, static_cast<double>(stride) * std::max(frames, 1), {}};
   for (const ObjectPair& pair : pairs) {
     const LocalObject& object = local.objects[static_cast<std::size_t>(pair.local)];
-    Part part{pair.map, {}};
+    NodePoints node{pair.map, {}};
     for (std::size_t k = (object.begin + stride - 1) / stride * stride; k < object.end; k += stride) {
-      part.points_body.emplace_back(local.points[k].head<3>());
+      node.points_body.emplace_back(local.points[k].head<3>());
     }
-    view.parts.push_back(std::move(part));
+    added.nodes.push_back(std::move(node));
   }
-  std::stable_sort(view.parts.begin(), view.parts.end(), [](const Part& a, const Part& b) { return a.id < b.id; });
-  views_.push_back(std::move(view));
-  if (views_.size() > kViews) {
-    views_.pop_front();
+  std::ranges::stable_sort(added.nodes, {}, &NodePoints::id);
+  keyframes_.push_back(std::move(added));
+  if (keyframes_.size() > kWindowSize) {
+    keyframes_.pop_front();
   }
 }
 
-std::vector<MapNode> GeometryWindow::refine(const Map& map, const Config& config) const {
+std::vector<MapNode> GeometryWindow::refine(const Map& map, double sigma_floor) const {
   std::map<NodeId, Sample> samples;
-  for (const View& view : views_) {
-    const Pose& T_map_body = map.keyframes().poses()[static_cast<std::size_t>(view.keyframe)].T_map_body;
-    for (const Part& part : view.parts) {
-      const MapNode* node = map.find(part.id);
-      if (node == nullptr || (part.id + views_.back().keyframe) % static_cast<NodeId>(kViews) != 0) {
+  for (const Keyframe& keyframe : keyframes_) {
+    const Pose& T_map_body = map.keyframes().poses()[static_cast<std::size_t>(keyframe.id)].T_map_body;
+    for (const NodePoints& seen : keyframe.nodes) {
+      const MapNode* node = map.find(seen.id);
+      if (node == nullptr || (seen.id + keyframes_.back().id) % static_cast<NodeId>(kWindowSize) != 0) {
         continue;
       }
       const Pose T_object_body = node->T_map_object.inverse() * T_map_body;
-      for (const Eigen::Vector3f& p : part.points_body) {
-        Sample& sample = samples[part.id];
+      for (const Eigen::Vector3f& p : seen.points_body) {
+        Sample& sample = samples[seen.id];
         sample.points.push_back(T_object_body * p.cast<double>());
-        sample.measured += view.point_weight;
+        sample.measured += keyframe.point_weight;
       }
     }
   }
-  const double floor = config.creation.sigma_floor;
-  const EmOptions options{floor * floor, kIterations, kGate, 1};
+  const EmOptions options{sigma_floor * sigma_floor, kIterations, kGate, 1};
   std::vector<MapNode> nodes;
   for (const auto& [id, sample] : samples) {
     nodes.push_back(*map.find(id));

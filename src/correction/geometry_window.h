@@ -3,37 +3,38 @@
 #include <deque>
 #include <vector>
 
-#include "config.h"
 #include "map/local_graph.h"
 #include "map/map.h"
 
 namespace hgg {
 
-/// The points of the last keyframes by the nodes they belong to, with which EM refines leaves. The only place where raw
-/// points outlive their frame, and not for long: at most em_points a keyframe, of 12 bytes, for five keyframes.
+/// The points of the last keyframes by the nodes they belong to, with which EM refines leaves. This is the only place
+/// where raw points outlive their frame, for five keyframes and at 12 bytes a point.
 class GeometryWindow {
  public:
-  /// Takes the points of a new keyframe's frame; `pairs` are its objects' nodes. `frames` went into the map since the
-  /// keyframe before.
+  /// Takes the points of a new keyframe's frame, at most `max_points` of them evenly spread; `pairs` are its objects'
+  /// nodes. `frames` frames went into the map since the keyframe before.
   void add(KeyframeId keyframe, const LocalGraph& local, const std::vector<ObjectPair>& pairs, int frames,
-           const Config& config);
+           int max_points);
 
-  /// Nodes with refined leaves: of those in the window the ones whose turn it is, each once in a window's length.
-  /// Poses, object frames, the beliefs over whole objects and the evidence of a node's leaves in all stay as they are.
-  std::vector<MapNode> refine(const Map& map, const Config& config) const;
+  /// Nodes with refined leaves: those seen in the window whose turn it is, each once in the length of a window. Poses,
+  /// object frames, the beliefs over whole objects and the total evidence of a node's leaves stay as they are.
+  /// `sigma_floor` (m) is the floor of a leaf's standard deviations.
+  std::vector<MapNode> refine(const Map& map, double sigma_floor) const;
 
  private:
-  struct Part {
+  /// The points of one node that a keyframe saw.
+  struct NodePoints {
     NodeId id = 0;
     std::vector<Eigen::Vector3f> points_body;
   };
-  struct View {
-    KeyframeId keyframe = -1;
-    double point_weight = 1;  // measured points that one stands for
-    std::vector<Part> parts;  // ascending by id
+  struct Keyframe {
+    KeyframeId id = -1;
+    double point_weight = 1;        // measured points that one kept point stands for
+    std::vector<NodePoints> nodes;  // ascending by id
   };
 
-  std::deque<View> views_;
+  std::deque<Keyframe> keyframes_;  // oldest first
 };
 
 }  // namespace hgg

@@ -12,31 +12,17 @@
 namespace hgg {
 namespace {
 
-constexpr KeyframeId kAnswerAfter = 2;  // keyframes
+/// The number of keyframes after which a verification's result is taken.
+constexpr KeyframeId kResultAfter = 2;
 constexpr std::size_t kMostRecords = 1000;
-/// Stored keyframes that are nearer to each other, in radii of what is described, share a description.
+/// Stored keyframes that are nearer to each other than this share of the descriptor's radius share a descriptor.
 constexpr double kSamePlaceShare = 0.2;
-/// 99 % of true ones lie nearer to where the keyframes were (chi, six degrees of freedom).
+/// 99 % of true loops lie nearer to where the keyframes were (chi, six degrees of freedom).
 constexpr double kMostDeviations = 4.1;
-/// Two loops of one place that agree so well (a share of the gate of alignment, rad) are not both chance. One alone, of
-/// two parts that meet at their rims or slide along a street, was off by a metre.
-constexpr double kAgreeShare = 0.1, kAgreeTurn = 0.0175;
-/// A loop that the pose graph trusts less is none.
+/// A loop that the pose graph gives less weight is taken for a false one.
 constexpr double kTrusted = 0.5;
-/// What a loop moves by less stays, and is not sent to anyone.
-constexpr double kStill = 1e-4, kStillTurn = 1e-6;  // m, rad
-
-std::vector<PoseGraphEdge> edgesOf(const KeyframeGraph& graph) {
-  std::vector<PoseGraphEdge> edges;
-  edges.reserve(graph.edges().size() + 1);
-  for (const BetweenConstraint& e : graph.edges()) {
-    PoseGraphEdge edge{e.a, e.b, e.T_a_b, Mat6::Zero(), e.is_loop};
-    edge.information.diagonal() << Vec3::Constant(1 / (e.sigma * e.sigma)),
-        Vec3::Constant(1 / (e.sigma_turn * e.sigma_turn));
-    edges.push_back(edge);
-  }
-  return edges;
-}
+/// A keyframe that a loop would move by less stays where it is, so that its nodes are not published again: m, rad.
+constexpr double kStill = 1e-4, kStillTurn = 1e-6;
 
 std::vector<Pose> posesOf(const KeyframeGraph& graph) {
   std::vector<Pose> poses;
@@ -52,8 +38,8 @@ bool isElsewhere(const Pose& a, const Pose& b) {
   return off.translation().norm() > kStill || turnOf(off) > kStillTurn;
 }
 
-/// Brings the keyframes there are now to where a loop moves them. They may have been moved otherwise since it was
-/// asked.
+/// Moves the keyframes there are now as the loop moves those the candidate knew: other corrections may have moved them
+/// since.
 MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const BetweenConstraint& loop) {
   MapCorrection correction{{}, {loop}};
   const std::vector<TimedPose>& now = map.keyframes().poses();
@@ -66,13 +52,13 @@ MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const
   return correction;
 }
 
-/// Whether the pose graph has found poses at all, and believes the newest loop in them.
+/// Whether the pose graph has found poses at all and gives the newest loop enough weight.
 bool isTrusted(const PoseGraphSolution& solved) {
   return std::isfinite(solved.cost_after) && (solved.converged || solved.cost_after < solved.cost_before) &&
          !solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted;
 }
 
-LoopRecord notLookedAt(Micros before_us, Micros now_us, const std::exception& error) {
+LoopRecord failedRecord(Micros before_us, Micros now_us, const std::exception& error) {
   LoopRecord record;
   record.before_us = before_us, record.now_us = now_us;
   record.reason = std::string("could not be looked at: ") + error.what();
@@ -81,56 +67,56 @@ LoopRecord notLookedAt(Micros before_us, Micros now_us, const std::exception& er
 
 }  // namespace
 
-LoopCloser::Closure LoopCloser::close(const LoopCandidate& question, KeyframeGraph graph,
-                                      const std::vector<SimilarClasses>& similar, const Config& config) {
-  const LoopVerification answer = verifyLoop(question, similar, config);
-  Closure closure{answer.loop, {}, {}};
-  closure.record = {question.keyframe_before.utime_us,
-                    question.keyframe_now.utime_us,
-                    answer.alignment.accepted,
-                    answer.alignment.score,
-                    answer.deviations,
-                    answer.loop.T_a_b,
-                    answer.alignment.reason};
-  if (closure.record.accepted && answer.deviations > kMostDeviations) {
-    closure.record.accepted = false;
-    closure.record.reason = "farther off than drift allows: " + closure.record.reason;
+LoopCloser::Outcome LoopCloser::verify(const LoopCandidate& candidate, KeyframeGraph graph,
+                                       const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
+  const LoopVerification found = verifyLoop(candidate, similar, config);
+  Outcome outcome{found.loop, {}, {}};
+  outcome.record = {candidate.keyframe_before.utime_us,
+                    candidate.keyframe_now.utime_us,
+                    found.alignment.accepted,
+                    found.alignment.score,
+                    found.deviations,
+                    found.loop.T_a_b,
+                    found.alignment.reason};
+  if (outcome.record.accepted && found.deviations > kMostDeviations) {
+    outcome.record.accepted = false;
+    outcome.record.reason = "farther off than drift allows: " + outcome.record.reason;
   }
-  if (!closure.record.accepted) {
-    return closure;
+  if (!outcome.record.accepted) {
+    return outcome;
   }
-  graph.connect(answer.loop);
+  graph.connect(found.loop);
   const std::vector<Pose> poses = posesOf(graph);
-  const PoseGraphSolution solved = solvePoseGraph(poses, edgesOf(graph));
+  const PoseGraphSolution solved = solvePoseGraph(poses, graph.edges());
   if (isTrusted(solved)) {
     for (std::size_t k = 0; k < poses.size(); ++k) {
-      closure.moves.push_back(orthonormalized(solved.poses[k] * poses[k].inverse()));
+      outcome.moves.push_back(orthonormalized(solved.poses[k] * poses[k].inverse()));
     }
   } else {
-    closure.record.accepted = false;
-    closure.record.reason = "the other keyframes speak against it: " + closure.record.reason;
+    outcome.record.accepted = false;
+    outcome.record.reason = "the other keyframes speak against it: " + outcome.record.reason;
   }
-  return closure;
+  return outcome;
 }
 
-LoopCloser::Closure LoopCloser::closeSafely(const LoopCandidate& question, KeyframeGraph graph,
-                                            const std::vector<SimilarClasses>& similar, const Config& config) {
+LoopCloser::Outcome LoopCloser::verifySafely(const LoopCandidate& candidate, KeyframeGraph graph,
+                                             const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
   try {
-    return close(question, std::move(graph), similar, config);
+    return verify(candidate, std::move(graph), similar, config);
   } catch (const std::exception& error) {
-    return {{}, notLookedAt(question.keyframe_before.utime_us, question.keyframe_now.utime_us, error), {}};
+    return {{}, failedRecord(candidate.keyframe_before.utime_us, candidate.keyframe_now.utime_us, error), {}};
   }
 }
 
-bool LoopCloser::isDue(const Map& map) const {
-  if (!pending_.valid() || map.keyframes().last() < asked_at_ + kAnswerAfter) {
+bool LoopCloser::isVerificationDue(const Map& map) const {
+  if (!verification_.valid() || map.keyframes().last() < candidate_at_ + kResultAfter) {
     return false;
   }
-  return timing_ == LoopTiming::kFixed || pending_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  return timing_ == LoopTiming::kFixed || verification_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
 }
 
 void LoopCloser::start(const Map& stored) {
-  const double radius = descriptorRadius(config_);
+  const double radius = config_.descriptor_radius;
   Vec3 described = Vec3::Zero();
   for (const TimedPose& k : stored.keyframes().poses()) {
     const Vec3 here = k.T_map_body.translation();
@@ -146,29 +132,29 @@ void LoopCloser::start(const Map& stored) {
 std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
   descriptors_.resize(map.keyframes().poses().size());
-  descriptors_.back() = describePlace(map, here, descriptorRadius(config_));
-  auto correction = isDue(map) ? finish(map) : std::nullopt;
-  if (!correction && !pending_.valid()) {
-    ask(map);
+  descriptors_.back() = describePlace(map, here, config_.descriptor_radius);
+  auto correction = isVerificationDue(map) ? finish(map) : std::nullopt;
+  if (!correction && !verification_.valid()) {
+    startVerification(map);
   }
   return correction;
 }
 
 std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
-  if (!pending_.valid()) {
+  if (!verification_.valid()) {
     return std::nullopt;
   }
-  Closure closure = pending_.get();
-  if (closure.record.accepted && !isConfirmed(map, closure.loop)) {
-    closure.record.accepted = false;
-    closure.record.reason = "not seen twice yet: " + closure.record.reason;
+  Outcome outcome = verification_.get();
+  if (outcome.record.accepted && !agreesWithPrevious(map, outcome.loop)) {
+    outcome.record.accepted = false;
+    outcome.record.reason = "not seen twice yet: " + outcome.record.reason;
   }
-  record(closure.record);
-  return closure.record.accepted ? std::optional(correctionOf(closure.moves, map, closure.loop)) : std::nullopt;
+  record(outcome.record);
+  return outcome.record.accepted ? std::optional(correctionOf(outcome.moves, map, outcome.loop)) : std::nullopt;
 }
 
-bool LoopCloser::isConfirmed(const Map& map, const BetweenConstraint& loop) {
-  const auto before = std::exchange(unconfirmed_, loop);
+bool LoopCloser::agreesWithPrevious(const Map& map, const BetweenConstraint& loop) {
+  const auto before = std::exchange(previous_, loop);
   if (!before) {
     return false;
   }
@@ -176,9 +162,9 @@ bool LoopCloser::isConfirmed(const Map& map, const BetweenConstraint& loop) {
   const Pose expected =
       poseOf(loop.a).inverse() * poseOf(before->a) * before->T_a_b * poseOf(before->b).inverse() * poseOf(loop.b);
   const Pose off = expected.inverse() * loop.T_a_b;
-  const bool agrees = off.translation().norm() < kAgreeShare * config_.alignment.gate && turnOf(off) < kAgreeTurn;
+  const bool agrees = off.translation().norm() < config_.agree_distance && turnOf(off) < config_.agree_turn;
   if (agrees) {
-    unconfirmed_.reset();
+    previous_.reset();
   }
   return agrees;
 }
@@ -191,17 +177,17 @@ void LoopCloser::record(const LoopRecord& record) {
   }
 }
 
-void LoopCloser::ask(const Map& map) {
+void LoopCloser::startVerification(const Map& map) {
   try {
-    if (auto question = findLoopCandidate(map, descriptors_, config_)) {
-      pending_ =
-          std::async(std::launch::async, [question = std::move(*question), graph = map.keyframes(), similar = similar_,
-                                          config = config_] { return closeSafely(question, graph, similar, config); });
-      asked_at_ = map.keyframes().last();
+    if (auto candidate = findLoopCandidate(map, descriptors_, config_)) {
+      verification_ = std::async(std::launch::async,
+                                 [candidate = std::move(*candidate), graph = map.keyframes(), similar = similar_,
+                                  config = config_] { return verifySafely(candidate, graph, similar, config); });
+      candidate_at_ = map.keyframes().last();
     }
   } catch (const std::exception& error) {  // no memory, no thread
     const Micros now_us = map.keyframes().poses().back().utime_us;
-    record(notLookedAt(now_us, now_us, error));
+    record(failedRecord(now_us, now_us, error));
   }
 }
 

@@ -6,20 +6,19 @@
 #include <string>
 #include <vector>
 
-#include "config.h"
 #include "core/classes.h"
 #include "correction/loop_closure.h"
 #include "map/map.h"
 
 namespace hgg {
 
-/// When the answer to a question about a loop is taken.
+/// When the result of a loop verification is taken.
 enum class LoopTiming {
   kFixed,   // at a fixed later keyframe, waiting for it: the same log gives the same map
   kPrompt,  // when it is there; frames never wait
 };
 
-/// What became of a question.
+/// What became of a loop candidate.
 struct LoopRecord {
   Micros before_us = 0, now_us = 0;  // of the two keyframes
   bool accepted = false;
@@ -29,19 +28,20 @@ struct LoopRecord {
   std::string reason;
 };
 
-/// Closes loops: asks at keyframes, lets the question be answered beside the frame work, and makes a correction of what
-/// two answers agree in. One question at a time.
+/// Closes loops: picks a loop candidate at a keyframe, has it verified beside the frame work, and returns a correction
+/// when two verified loops in a row agree. One candidate is verified at a time.
 class LoopCloser {
  public:
-  LoopCloser(const Config& config, std::vector<SimilarClasses> similar, LoopTiming timing)
+  LoopCloser(const LoopConfig& config, std::vector<SimilarClasses> similar, LoopTiming timing)
       : config_(config), similar_(std::move(similar)), timing_(timing) {}
 
-  /// To be called first with the map that is gone on from, as long as all of it is active: its places may be met again.
+  /// Describes the places of a stored map, so that they can be found again. Call it before the first step, while all of
+  /// the map is active.
   void start(const Map& stored);
-  /// To be called once after each new keyframe of `map`. Returns what an answer that is due makes of the map as it is
-  /// now: keyframes that are younger than the question go along with the newest of it.
+  /// Call it once after each new keyframe of `map`. Returns the correction that a verification which is due makes of
+  /// the map as it is now: keyframes younger than the candidate move rigidly with the newest one it knew.
   std::optional<MapCorrection> step(const Map& map);
-  /// At the end of a drive: what a question that is still open comes to. Waits for it.
+  /// At the end of a drive: waits for the verification that is still running, and returns its correction.
   std::optional<MapCorrection> finish(const Map& map);
 
   /// The newest, at most a thousand.
@@ -50,30 +50,32 @@ class LoopCloser {
   int rejected() const { return rejected_; }
 
  private:
-  struct Closure {
+  /// A candidate that has been verified and put into the pose graph.
+  struct Outcome {
     BetweenConstraint loop;
     LoopRecord record;
-    std::vector<Pose> moves;  // T_map_map of the keyframes there were when it was asked; empty unless accepted
+    std::vector<Pose> moves;  // T_map_map of the keyframes the candidate knew; empty unless accepted
   };
 
-  /// What goes wrong in it (memory, a solver) costs the loop, not the drive.
-  static Closure closeSafely(const LoopCandidate& question, KeyframeGraph graph,
-                             const std::vector<SimilarClasses>& similar, const Config& config);
-  static Closure close(const LoopCandidate& question, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
-                       const Config& config);
-  void ask(const Map& map);
+  /// Like verify(), but an exception (no memory, a solver) costs the loop and not the drive.
+  static Outcome verifySafely(const LoopCandidate& candidate, KeyframeGraph graph,
+                              const std::vector<SimilarClasses>& similar, const LoopConfig& config);
+  static Outcome verify(const LoopCandidate& candidate, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
+                        const LoopConfig& config);
+  /// Starts the verification of the best candidate, if there is one.
+  void startVerification(const Map& map);
+  bool isVerificationDue(const Map& map) const;
   void record(const LoopRecord& record);
-  /// Whether an accepted loop says the same as the one before it; if not it waits for the next to say so.
-  bool isConfirmed(const Map& map, const BetweenConstraint& loop);
-  bool isDue(const Map& map) const;
+  /// Whether a verified loop agrees with the one verified before it. If not, it waits for the next one.
+  bool agreesWithPrevious(const Map& map, const BetweenConstraint& loop);
 
-  Config config_;
+  LoopConfig config_;
   std::vector<SimilarClasses> similar_;
   LoopTiming timing_;
   std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
-  std::future<Closure> pending_;
-  std::optional<BetweenConstraint> unconfirmed_;  // accepted, and not yet found a second time
-  KeyframeId asked_at_ = -1;
+  std::future<Outcome> verification_;
+  KeyframeId candidate_at_ = -1;               // the newest keyframe when the candidate was picked
+  std::optional<BetweenConstraint> previous_;  // verified, and not confirmed by a second one yet
   std::deque<LoopRecord> records_;
   int accepted_ = 0, rejected_ = 0;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/se3.h"
@@ -12,18 +13,22 @@ namespace hgg {
 namespace {
 
 constexpr std::size_t kDistanceBins = 8;
-constexpr std::size_t kMostThings = 60;  // of a place; the nearest
+constexpr std::size_t kMostThings = 60;  // that describe a place: the nearest
 
-/// How far a place reaches, as a share of the radius within which a frame meets the map.
-constexpr double kPartShare = 0.4, kDescriptorShare = 0.25;
-/// Two passes of one place may be this far apart.
-constexpr double kPassShare = 0.1;
-constexpr double kDriftBound = 3;           // standard deviations
-constexpr double kTurnSlack = 3 * kDegree;  // of the prior, on top of drift
+/// Sizes of a place in tiles: what is compared, what is described, and how far apart two passes of it may be.
+constexpr double kPlaceTiles = 4, kDescriptorTiles = 2.5, kPassTiles = 1;
+constexpr double kDriftBound = 3;  // standard deviations
+/// How far beyond drift verification looks, in tiles and rad: a metre and a half outdoors.
+constexpr double kSlackTiles = 0.15, kTurnSlack = 3 * kDegree;
 constexpr std::size_t kFewestThings = 4;
 
-/// What verification leaves open, as shares of a leaf's size and in turn: the worst of twenty right answers.
-constexpr double kLoopSigmaShare = 0.2, kLoopTurn = 0.3 * kDegree;
+/// Error of a verified loop in leaf sizes and rad: the largest of twenty right ones.
+constexpr double kLoopSigmaLeaves = 0.2, kLoopTurn = 0.3 * kDegree;
+/// Two loops of one place agree when they differ by no more than each of them may be off: half a leaf, because leaves
+/// register it, together with the error of a thing's centroid (ObservationNoise::view_noise, m); and a degree (rad).
+/// Outdoors that is 0.29 m. False loops hardly agree so well: one of two parts that meet at their rims or slide along a
+/// street was off by a metre.
+constexpr double kAgreeLeaves = 0.5, kAgreeNoise = 0.05, kAgreeTurn = 0.0175;
 
 std::vector<const MapNode*> thingsAround(const Map& map, const Vec3& centre, double radius) {
   std::vector<std::pair<double, const MapNode*>> found;
@@ -47,9 +52,7 @@ std::size_t pairBucket(ClassId a, ClassId b) {
   return ((low * 0x9E3779B1U) ^ (high * 0x85EBCA77U)) >> 28U;  // the upper bits know all of both
 }
 
-double partRadius(const Config& config) { return kPartShare * config.map.active_radius; }
-
-/// A map of its own of the nodes that lie around a place.
+/// A map of its own that holds the active (or the inactive) nodes around a place.
 Map partOf(const Map& map, const Vec3& centre, double radius, bool active) {
   std::vector<MapNode> nodes;
   for (const NodeId id : map.nearAnywhere(centre, radius)) {
@@ -68,35 +71,36 @@ bool hasThings(const Map& part) {
          }) >= static_cast<std::ptrdiff_t>(kFewestThings);
 }
 
-/// A keyframe out of reach that may show where the last one is.
+/// An inactive keyframe that may show the place of the last one.
 struct RankedKeyframe {
   KeyframeId id = -1;
   double score = -1;
   Drift drift;
 };
 
-RankedKeyframe bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors, const Config& config) {
+RankedKeyframe bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                             const LoopConfig& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   const Vec3 here = poses.back().T_map_body.translation();
-  const auto isReached = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
-  std::size_t reached = 0;
-  while (reached < poses.size() && isReached(reached)) {
-    ++reached;
+  const auto isActive = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
+  std::size_t active = 0;
+  while (active < poses.size() && isActive(active)) {
+    ++active;
   }
-  if (reached == poses.size()) {
+  if (active == poses.size()) {
     return {};  // there is nothing to find again
   }
   const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
   RankedKeyframe best;
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     const double distance = (poses[k].T_map_body.translation() - here).norm();
-    const double allowed = kDriftBound * drift[k].position + kPassShare * config.map.active_radius;
-    if (isReached(k) || drift[k].position < 0 || distance > allowed) {
+    const double allowed = kDriftBound * drift[k].position + config.pass_distance;
+    if (isActive(k) || drift[k].position < 0 || distance > allowed) {
       continue;
     }
     const double nearness = 1 - distance / allowed;
     const double likeness = k < descriptors.size() ? similarityOf(descriptors[k], descriptors.back()) : 0;
-    const double score = allowed < partRadius(config) ? nearness : likeness;
+    const double score = allowed < config.place_radius ? nearness : likeness;
     if (score > best.score) {
       best = {static_cast<KeyframeId>(k), score, drift[k]};
     }
@@ -104,16 +108,31 @@ RankedKeyframe bestCandidate(const Map& map, const std::vector<PlaceDescriptor>&
   return best;
 }
 
-/// How far the keyframes lie from where a loop has them, as a norm that has six degrees of freedom.
-double deviationsOf(const LoopCandidate& q, const BetweenConstraint& loop) {
-  const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * q.keyframe_now.T_map_body;
+/// How far the keyframes lie from where the loop puts them, in standard deviations (a chi norm of six degrees of
+/// freedom).
+double deviationsOf(const LoopCandidate& candidate, const BetweenConstraint& loop) {
+  const Pose T_before_now = candidate.keyframe_before.T_map_body.inverse() * candidate.keyframe_now.T_map_body;
   const Pose off = loop.T_a_b.inverse() * T_before_now;
   const double turn = turnOf(off);
-  return std::hypot(off.translation().norm() / std::hypot(q.drift.position, loop.sigma),
-                    turn / std::hypot(q.drift.turn, loop.sigma_turn));
+  return std::hypot(off.translation().norm() / std::hypot(candidate.drift.position, loop.sigma),
+                    turn / std::hypot(candidate.drift.turn, loop.sigma_turn));
 }
 
 }  // namespace
+
+LoopConfig loopConfigOf(double tile_size, double leaf_size) {
+  LoopConfig config;
+  config.descriptor_radius = kDescriptorTiles * tile_size;
+  config.place_radius = kPlaceTiles * tile_size;
+  config.pass_distance = kPassTiles * tile_size;
+  config.prior_slack = kSlackTiles * tile_size;
+  config.prior_turn_slack = kTurnSlack;
+  config.sigma = kLoopSigmaLeaves * leaf_size;
+  config.sigma_turn = kLoopTurn;
+  config.agree_distance = std::numbers::sqrt2 * std::hypot(kAgreeLeaves * leaf_size, kAgreeNoise);
+  config.agree_turn = kAgreeTurn;
+  return config;
+}
 
 PlaceDescriptor describePlace(const Map& map, const Vec3& centre, double radius) {
   const std::vector<const MapNode*> things = thingsAround(map, centre, radius);
@@ -145,36 +164,36 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   return product;
 }
 
-double descriptorRadius(const Config& config) { return kDescriptorShare * config.map.active_radius; }
-
 std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                               const Config& config) {
+                                               const LoopConfig& config) {
   const RankedKeyframe best = bestCandidate(map, descriptors, config);
   if (best.id < 0) {
     return std::nullopt;
   }
-  LoopCandidate question;
-  question.before_id = best.id, question.now_id = map.keyframes().last();
-  question.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(best.id)];
-  question.keyframe_now = map.keyframes().poses().back();
-  const Vec3 here = question.keyframe_now.T_map_body.translation();
-  const Vec3 there = question.keyframe_before.T_map_body.translation();
-  question.before = partOf(map, there, partRadius(config), false);
-  question.now = partOf(map, here, partRadius(config), true);
-  question.drift = best.drift;
-  question.prior.centre_b = here;
-  question.prior.distance = kDriftBound * best.drift.position + 0.5 * config.alignment.gate;
-  question.prior.turn = kDriftBound * best.drift.turn + kTurnSlack;
-  return hasThings(question.before) && hasThings(question.now) ? std::optional(std::move(question)) : std::nullopt;
+  LoopCandidate candidate;
+  candidate.before_id = best.id, candidate.now_id = map.keyframes().last();
+  candidate.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(best.id)];
+  candidate.keyframe_now = map.keyframes().poses().back();
+  const Vec3 here = candidate.keyframe_now.T_map_body.translation();
+  const Vec3 there = candidate.keyframe_before.T_map_body.translation();
+  candidate.before = partOf(map, there, config.place_radius, false);
+  candidate.now = partOf(map, here, config.place_radius, true);
+  candidate.drift = best.drift;
+  candidate.prior.centre_b = here;
+  candidate.prior.distance = kDriftBound * best.drift.position + config.prior_slack;
+  candidate.prior.turn = kDriftBound * best.drift.turn + config.prior_turn_slack;
+  return hasThings(candidate.before) && hasThings(candidate.now) ? std::optional(std::move(candidate)) : std::nullopt;
 }
 
-LoopVerification verifyLoop(const LoopCandidate& q, std::span<const SimilarClasses> similar, const Config& config) {
-  LoopVerification answer;
-  answer.alignment = alignMaps(q.before, q.now, similar, q.prior);
-  const Pose T_before_now = q.keyframe_before.T_map_body.inverse() * answer.alignment.T_a_b * q.keyframe_now.T_map_body;
-  answer.loop = {q.before_id, q.now_id, T_before_now, kLoopSigmaShare * config.map.leaf_size, kLoopTurn, true};
-  answer.deviations = deviationsOf(q, answer.loop);
-  return answer;
+LoopVerification verifyLoop(const LoopCandidate& candidate, std::span<const SimilarClasses> similar,
+                            const LoopConfig& config) {
+  LoopVerification found;
+  found.alignment = alignMaps(candidate.before, candidate.now, similar, candidate.prior);
+  const Pose T_before_now =
+      candidate.keyframe_before.T_map_body.inverse() * found.alignment.T_a_b * candidate.keyframe_now.T_map_body;
+  found.loop = {candidate.before_id, candidate.now_id, T_before_now, config.sigma, config.sigma_turn, true};
+  found.deviations = deviationsOf(candidate, found.loop);
+  return found;
 }
 
 }  // namespace hgg

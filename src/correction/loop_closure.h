@@ -5,25 +5,40 @@
 #include <span>
 #include <vector>
 
-#include "config.h"
 #include "map/map.h"
 #include "place/zero_shot.h"
 
 namespace hgg {
 
+/// Sizes and bounds that loop closing goes by. Made by loopConfigOf().
+struct LoopConfig {
+  double descriptor_radius = 0;  // m, around a keyframe: what its place descriptor covers
+  double place_radius = 0;       // m, around a keyframe: the part of the map that verification compares
+  double pass_distance = 0;      // m, farthest that two passes of one place are apart, drift aside
+  double prior_slack = 0;        // m, that verification looks beyond what drift allows
+  double prior_turn_slack = 0;   // rad, likewise
+  double sigma = 0;              // m, per axis: what verification leaves open
+  double sigma_turn = 0;         // rad, likewise
+  double agree_distance = 0;     // m, the most by which two loops that confirm each other differ
+  double agree_turn = 0;         // rad, likewise
+};
+
+/// Lengths follow from the two scales of a map. The size of a place follows from `tile_size` (m), the edge of the tiles
+/// of its stuff: what verification compares are four tiles to every side. How well a loop is known follows from
+/// `leaf_size` (m), the size of the leaves that it is registered by.
+LoopConfig loopConfigOf(double tile_size, double leaf_size);
+
 /// What the things around a keyframe look like from any side: how often two classes stand at a distance, as a histogram
 /// over (pair of classes, distance) of unit length.
 using PlaceDescriptor = std::array<float, 128>;
 
-/// How far around a keyframe it is described, m.
-double descriptorRadius(const Config& config);
-/// Of the active things believed in within `radius` (m) of a place.
+/// Descriptor of the active, confirmed things within `radius` (m) of a place.
 PlaceDescriptor describePlace(const Map& map, const Vec3& centre, double radius);
 /// Cosine, 0 (nothing in common) .. 1 (alike).
 double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b);
 
-/// Two parts of the map that may show one place: what the robot is in, and what it left so long ago that it may have
-/// drifted from it. Holds copies, so that it can be answered beside the frame work.
+/// Two parts of the map that may show one place: the one the robot is in, and one it left so long ago that it may have
+/// drifted from it. Holds copies, so that it can be verified beside the frame work.
 struct LoopCandidate {
   Map before, now;
   TimedPose keyframe_before, keyframe_now;
@@ -32,20 +47,22 @@ struct LoopCandidate {
   Drift drift;  // from one keyframe to the other
 };
 
-/// What comparing them came to.
+/// What verifying a candidate found.
 struct LoopVerification {
-  BetweenConstraint loop;  // when accepted
+  BetweenConstraint loop;  // from keyframe_before to keyframe_now; meaningful when the alignment is accepted
   ZeroShot alignment;
-  double deviations = 0;  // between what is found and where the keyframes lay, of what drift allows; chi, 6 dimensions
+  double deviations =
+      0;  // from where the keyframes lay, in standard deviations of the drift; chi, 6 degrees of freedom
 };
 
-/// The keyframe out of reach that most likely shows where the last one is: the one that looks most like it among those
-/// which drift allows, the nearest where drift is small. nullopt when nothing out of reach is near enough.
+/// The inactive keyframe that most likely shows the place of the last one, of those that drift allows: the nearest one
+/// where drift is small, else the one that looks most alike. `descriptors` are those of the keyframes, the last one's
+/// at their end. nullopt when drift allows none, or when either part has too few things.
 std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                               const Config& config);
+                                               const LoopConfig& config);
 
-/// Verification: zero-shot alignment of the two parts within what drift allows.
-LoopVerification verifyLoop(const LoopCandidate& question, std::span<const SimilarClasses> similar,
-                            const Config& config);
+/// Aligns the two parts of a candidate without an initial pose, within what drift allows.
+LoopVerification verifyLoop(const LoopCandidate& candidate, std::span<const SimilarClasses> similar,
+                            const LoopConfig& config);
 
 }  // namespace hgg

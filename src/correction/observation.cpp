@@ -7,7 +7,7 @@
 namespace hgg {
 namespace {
 
-/// The ablation's weights: those of a fair view of an object half a metre across.
+/// Weights of the ablation: those of a good view of an object half a metre across.
 constexpr double kUniformCount = 10, kUniformSigma = 0.1;  // points, m
 
 }  // namespace

@@ -4,8 +4,8 @@
 
 namespace hgg {
 
-/// How far a view of an object is to be believed. The points of one scan are not independent, and a partial view or an
-/// uneven segment moves the centroid by more than Sigma / kappa.
+/// How far one frame's view of an object is believed. The points of one scan are not independent, and a partial view or
+/// an uneven segment moves the centroid by more than Sigma / kappa.
 struct ObservationNoise {
   double view_share = 0.7;       // a centroid's error per view, as a share of the object's own spread
   double view_noise = 0.05;      // m, a centroid's error per view whatever the object's size
@@ -13,8 +13,9 @@ struct ObservationNoise {
   bool uniform_weights = false;  // ablation: every observation weighs the same, whatever was seen
 };
 
-/// An observed Gaussian with the information of eq. fgo: kappa Sigma^-1 of the mean and kappa / 2 I_6 of the extent's
-/// logarithm, with what the view is worth in kappa's place. In the frame of the belief it was made from.
+/// An observed Gaussian with the information of eq. fgo: kappa Sigma^-1 for the mean and kappa / 2 I_6 for the
+/// logarithm of the extent, where kappa is the effective count of observationOf(). In the frame of the belief it was
+/// made from.
 struct ObjectObservation {
   Vec3 mean = Vec3::Zero();                  // m
   Mat3 cov = Mat3::Identity();               // floored, m^2

@@ -12,34 +12,35 @@
 namespace hgg {
 namespace {
 
-/// Square of a loop's whitened error up to which it counts in full: 99 % of true ones (chi-square, 6 degrees of
-/// freedom).
+/// Square of a loop's whitened error up to which it counts in full: 99 % of true loops lie below (chi-square, 6 degrees
+/// of freedom).
 constexpr double kTrueLoop = 16.8;
-/// Before drift is corrected, true loops are far off too. So the scale starts where most loops count, at this many
-/// times their median, and is narrowed stage by stage.
+/// Before drift is corrected, true loops are far off too. So the scale starts at this many times the median of the
+/// loops' squared errors, where most of them count in full, and is divided by kNarrowing at every stage.
 constexpr double kFirstScale = 2, kNarrowing = 16;
 constexpr int kMaxStages = 8, kStageIterations = 5, kLastIterations = 15;
 
 struct PoseGraph {
   std::vector<PoseBlock> poses;
-  std::vector<std::unique_ptr<ceres::CostFunction>> costs;  // one per edge
-  std::span<const PoseGraphEdge> edges;
+  std::vector<std::unique_ptr<ceres::CostFunction>> costs;  // one per constraint
+  std::span<const BetweenConstraint> constraints;
 };
 
-double* poseOfEdge(PoseGraph& graph, int index) { return graph.poses[static_cast<std::size_t>(index)].data(); }
+double* poseOfId(PoseGraph& graph, KeyframeId id) { return graph.poses[static_cast<std::size_t>(id)].data(); }
 
-/// Square of an edge's whitened error.
-double squaredError(PoseGraph& graph, std::size_t edge) {
-  const double* const blocks[2] = {poseOfEdge(graph, graph.edges[edge].a), poseOfEdge(graph, graph.edges[edge].b)};
+/// Square of a constraint's whitened error.
+double squaredError(PoseGraph& graph, std::size_t k) {
+  const BetweenConstraint& e = graph.constraints[k];
+  const double* const blocks[2] = {poseOfId(graph, e.a), poseOfId(graph, e.b)};
   Vec6 r;
-  graph.costs[edge]->Evaluate(blocks, r.data(), nullptr);
+  graph.costs[k]->Evaluate(blocks, r.data(), nullptr);
   return r.squaredNorm();
 }
 
 std::vector<double> squaredLoopErrors(PoseGraph& graph) {
   std::vector<double> errors;
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    if (graph.edges[k].loop) {
+  for (std::size_t k = 0; k < graph.constraints.size(); ++k) {
+    if (graph.constraints[k].is_loop) {
       errors.push_back(squaredError(graph, k));
     }
   }
@@ -55,12 +56,12 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Half the sum of squares of the chain and of the loss of the loops.
+/// Half the sum of the squared errors, those of loops as the loss counts them.
 double costOf(PoseGraph& graph, const ScalingLoss& loss) {
   double cost = 0;
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
+  for (std::size_t k = 0; k < graph.constraints.size(); ++k) {
     double rho[3] = {squaredError(graph, k), 1, 0};
-    if (graph.edges[k].loop) {
+    if (graph.constraints[k].is_loop) {
       loss.Evaluate(rho[0], rho);
     }
     cost += 0.5 * rho[0];
@@ -68,8 +69,8 @@ double costOf(PoseGraph& graph, const ScalingLoss& loss) {
   return cost;
 }
 
-/// Which poses edges connect to the first.
-std::vector<bool> connectedToFirst(std::size_t pose_count, std::span<const PoseGraphEdge> edges) {
+/// Which poses the constraints connect to the first.
+std::vector<bool> connectedToFirst(std::size_t pose_count, std::span<const BetweenConstraint> constraints) {
   std::vector<std::size_t> root(pose_count);
   std::iota(root.begin(), root.end(), std::size_t{0});
   const auto find = [&root](std::size_t i) {
@@ -78,7 +79,7 @@ std::vector<bool> connectedToFirst(std::size_t pose_count, std::span<const PoseG
     }
     return i;
   };
-  for (const PoseGraphEdge& e : edges) {
+  for (const BetweenConstraint& e : constraints) {
     // The lower index leads, so the first pose leads its own component.
     const auto [low, high] = std::minmax({find(static_cast<std::size_t>(e.a)), find(static_cast<std::size_t>(e.b))});
     root[high] = low;
@@ -90,19 +91,19 @@ std::vector<bool> connectedToFirst(std::size_t pose_count, std::span<const PoseG
   return connected;
 }
 
-void addEdges(PoseGraph& graph, PoseManifold& manifold, ScalingLoss& loss, ceres::Problem& problem) {
-  const std::vector<bool> connected = connectedToFirst(graph.poses.size(), graph.edges);
+void addConstraints(PoseGraph& graph, PoseManifold& manifold, ScalingLoss& loss, ceres::Problem& problem) {
+  const std::vector<bool> connected = connectedToFirst(graph.poses.size(), graph.constraints);
   for (std::size_t i = 0; i < graph.poses.size(); ++i) {
     if (connected[i]) {
       problem.AddParameterBlock(graph.poses[i].data(), kPoseSize, &manifold);
     }
   }
   problem.SetParameterBlockConstant(graph.poses[0].data());
-  for (std::size_t k = 0; k < graph.edges.size(); ++k) {
-    const PoseGraphEdge& e = graph.edges[k];
+  for (std::size_t k = 0; k < graph.constraints.size(); ++k) {
+    const BetweenConstraint& e = graph.constraints[k];
     if (connected[static_cast<std::size_t>(e.a)]) {
-      problem.AddResidualBlock(graph.costs[k].get(), e.loop ? &loss : nullptr, poseOfEdge(graph, e.a),
-                               poseOfEdge(graph, e.b));
+      problem.AddResidualBlock(graph.costs[k].get(), e.is_loop ? &loss : nullptr, poseOfId(graph, e.a),
+                               poseOfId(graph, e.b));
     }
   }
 }
@@ -116,7 +117,7 @@ struct Progress {
 Progress minimize(PoseGraph& graph, ScalingLoss& loss) {
   PoseManifold manifold;
   ceres::Problem problem(borrowing());
-  addEdges(graph, manifold, loss, problem);
+  addConstraints(graph, manifold, loss, problem);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.num_threads = 1;
@@ -143,18 +144,18 @@ Progress minimize(PoseGraph& graph, ScalingLoss& loss) {
 
 }  // namespace
 
-PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const PoseGraphEdge> edges) {
+PoseGraphSolution solvePoseGraph(const std::vector<Pose>& poses, std::span<const BetweenConstraint> constraints) {
   PoseGraphSolution solution;
   solution.poses = poses;
-  PoseGraph graph{{}, {}, edges};
+  PoseGraph graph{{}, {}, constraints};
   std::transform(poses.begin(), poses.end(), std::back_inserter(graph.poses), poseBlock);
-  for (const PoseGraphEdge& e : edges) {
-    graph.costs.push_back(relativePoseFactor(e.T_a_b, e.information));
+  for (const BetweenConstraint& e : constraints) {
+    graph.costs.push_back(betweenFactor(e.T_a_b, informationOf(e)));
   }
   const std::vector<PoseBlock> start = graph.poses;
   ScalingLoss loss(kTrueLoop);
   solution.cost_before = solution.cost_after = costOf(graph, loss);
-  const Progress progress = edges.empty() ? Progress{0, true} : minimize(graph, loss);
+  const Progress progress = constraints.empty() ? Progress{0, true} : minimize(graph, loss);
   solution.iterations = progress.iterations;
   loss.setScale(kTrueLoop);
   const double cost = costOf(graph, loss);

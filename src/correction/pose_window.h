@@ -3,43 +3,44 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "alignment/align.h"
-#include "config.h"
 #include "correction/window.h"
 #include "map/local_graph.h"
 #include "map/map.h"
 
 namespace hgg {
 
-/// What the last keyframes saw of things: the sliding window of eq. fgo. Its variables are the keyframes' poses and the
-/// objects; what it gives back are the poses. Objects follow them: their beliefs are merges of all that was seen, which
-/// the points' evidence determines better than a mean of views does.
+/// The sliding window of eq. fgo: what the last ten keyframes saw of things. Its variables are the keyframes' poses and
+/// the objects; only the poses are given back. Objects follow their keyframes: their beliefs are merges of all that was
+/// seen, which the points' evidence determines better than a mean over single observations does.
 class PoseWindow {
  public:
-  /// Takes what a new keyframe saw and how it was aligned.
+  /// Takes what a new keyframe of `map` saw and how it was aligned.
   void add(const Map& map, KeyframeId keyframe, const LocalGraph& local, const Alignment& alignment);
 
-  /// The keyframes where the window has them; nullopt when it is too short or not usable, and where the map holds the
-  /// newest pose: leaves say more than objects do.
-  std::optional<MapCorrection> solve(const Map& map, const Config& config) const;
+  /// The keyframes' poses as the window finds them. nullopt when the window has fewer than two keyframes or cannot be
+  /// solved, and when leaves of the map have aligned the newest keyframe: leaves determine it better than objects do.
+  /// `leaf_size` (m) is the map's.
+  std::optional<MapCorrection> solve(const Map& map, double leaf_size, const WindowConfig& config) const;
 
  private:
-  struct View {
-    KeyframeId keyframe = -1;
-    bool is_held = false;  // by leaves of the map, if only in some directions: the rest odometry knows better
+  struct Keyframe {
+    KeyframeId id = -1;
+    bool is_aligned = false;  // by leaves of the map, if only in some directions
     std::vector<std::pair<NodeId, Belief>> seen_body;
-    std::vector<BetweenConstraint> constraints;  // to older keyframes, as measured: those of the map follow the window
+    std::vector<BetweenConstraint> constraints;  // to older keyframes, as measured; the map's are reset by the window
   };
 
-  /// Needs a view. Its poses are those of the views, in their order.
-  WindowProblem problemOf(const Map& map, const Config& config) const;
-  /// Lets what a view says of objects be from before the window.
-  void leaveBehind(const Map& map, const View& view);
+  /// Needs a keyframe. Its poses are those of the window's keyframes, in their order.
+  WindowProblem problemOf(const Map& map, double leaf_size) const;
+  /// Merges what a keyframe that leaves the window saw into what is known of the objects from before the window.
+  void moveToPrior(const Map& map, const Keyframe& keyframe);
 
-  std::deque<View> views_;
-  std::map<NodeId, Belief> before_;  // objects of the views as they were before the window, in the object frame
+  std::deque<Keyframe> keyframes_;   // oldest first
+  std::map<NodeId, Belief> before_;  // the window's objects as they were before the window, in the object frame
 };
 
 }  // namespace hgg

@@ -20,11 +20,12 @@ using Mat9 = Eigen::Matrix<double, 9, 9>;
 template <int Rows, int Columns>
 using RowMajor = Eigen::Matrix<double, Rows, Columns, Eigen::RowMajor>;
 
-/// What a belief must be to be heard: a point's trace, and an extent that no map holds (10 km).
+/// A belief with less evidence than a trace of one point, or wider than 10 km (no map is), is left out.
 constexpr double kLeastEvidence = 1e-3, kWidestVariance = 1e8;  // points, m^2
-/// Steps are Newton-like: after one that changes the cost by less than this share, what remains is far less.
+/// The solver's steps are Newton-like: after one that changes the cost by less than this share, the next would change
+/// it by far less.
 constexpr double kCostTolerance = 1e-5;
-/// Keeps the marginals finite where nothing holds a pose: a kilometre, a thousand radians.
+/// Information that keeps the marginals finite where no factor constrains a pose: a kilometre, a thousand radians.
 constexpr double kHardlyKnown = 1e-6;
 
 /// A residual block: on a pose alone, on two poses, or on a pose and an object.
@@ -34,7 +35,7 @@ struct Factor {
 };
 
 struct FactorGraph {
-  std::vector<PoseBlock> poses;      // the window's, and last the map's origin, which objects' priors are seen from
+  std::vector<PoseBlock> poses;      // the window's and, last, the map's origin, from which objects' priors are seen
   std::vector<ObjectBlock> objects;  // the problem's; only those with factors are solved for
   std::vector<Belief> gathered;      // prior and observed; kappa is final, the rest a start
   std::vector<Factor> factors;
@@ -108,7 +109,8 @@ void addObjectFactors(const WindowProblem& problem, std::span<const WindowObserv
     if (!graph.observed[i] || !meaningful(prior, config.sigma_floor)) {
       continue;
     }
-    // How often an object was seen before is not recorded: as often as its evidence holds views like the window's.
+    // How often an object was seen before is not recorded. It is taken to have been seen in views like the window's, as
+    // many as make up its evidence.
     const double before = std::clamp(prior.kappa * views[i] / seen[i], 1.0, std::max(1.0, config.noise.most_views));
     const ObjectObservation known = observationOf(prior, before, config.sigma_floor, config.noise);
     graph.factors.push_back({objectFactor(known), graph.poseCount(), -1, static_cast<int>(i)});
@@ -122,10 +124,11 @@ FactorGraph buildGraph(const WindowProblem& problem, const WindowConfig& config)
   if (problem.oldest.information.allFinite() && finite(problem.oldest.T_map_body)) {
     graph.factors.push_back({posePriorFactor(problem.oldest)});
   }
-  for (const RelativeMotion& m : problem.motions) {
-    const bool valid = within(m.a, problem.poses.size()) && within(m.b, problem.poses.size()) && m.a != m.b;
-    if (valid && finite(m.T_a_b) && m.information.allFinite()) {
-      graph.factors.push_back({relativePoseFactor(m.T_a_b, m.information), m.a, m.b});
+  for (const BetweenConstraint& e : problem.constraints) {
+    const bool valid = within(e.a, problem.poses.size()) && within(e.b, problem.poses.size()) && e.a != e.b;
+    const Mat6 information = informationOf(e);
+    if (valid && finite(e.T_a_b) && information.allFinite()) {
+      graph.factors.push_back({betweenFactor(e.T_a_b, information), e.a, e.b});
     }
   }
   addObjectFactors(problem, observations, config, graph);

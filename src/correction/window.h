@@ -5,38 +5,31 @@
 #include "core/belief.h"
 #include "core/se3.h"
 #include "correction/observation.h"
+#include "map/between_constraint.h"
 
 namespace hgg {
 
-/// A measured motion between two poses of the window (eq. odom_res). The information's tangent is (translation,
-/// rotation vector) in frame a about b's origin.
-struct RelativeMotion {
-  int a = 0, b = 0;
-  Pose T_a_b = Pose::Identity();
-  Mat6 information = Mat6::Identity();
-};
-
-/// What the frame of a pose saw of an object: its own points only, not what has accumulated.
+/// What the frame of one pose saw of an object: the belief from the points of that frame alone.
 struct WindowObservation {
   int pose = 0, object = 0;
   Belief belief_body;
 };
 
-/// eq. fgo: the poses of a sliding window, oldest first, and the objects seen from them. Motions and observations that
-/// say nothing (kappa 0, not finite, no such pose or object) are left out.
+/// eq. fgo: the poses of a sliding window, oldest first, and the objects seen from them. Constraints and observations
+/// that say nothing (kappa 0, not finite, no such pose or object) are left out.
 struct WindowProblem {
-  std::vector<Pose> poses;  // T_map_body, from alignment
-  PoseBelief oldest;        // prior of poses[0]
-  std::vector<RelativeMotion> motions;
-  std::vector<Belief> objects;  // map frame, gathered before the window; kappa 0: nothing is known
+  std::vector<Pose> poses;                     // T_map_body, from alignment
+  PoseBelief oldest;                           // prior of poses[0]
+  std::vector<BetweenConstraint> constraints;  // a and b are indices into poses
+  std::vector<Belief> objects;                 // map frame, gathered before the window; kappa 0: nothing is known
   std::vector<WindowObservation> observations;
 };
 
 struct WindowConfig {
   ObservationNoise noise;
   double sigma_floor = 0.01;  // m, of every extent
-  /// On an object factor's whitened norm: 99 % of true ones (chi-square, 9 degrees of freedom) lie below and count in
-  /// full; the pull of the rest falls off (ScalingLoss).
+  /// Bound on an object factor's whitened norm: 99 % of true observations (chi-square, 9 degrees of freedom) lie below
+  /// and count in full; the pull of the others falls off (ScalingLoss).
   double robust_scale = 4.65;
   int max_iterations = 12;
   bool position_covariances = false;

@@ -298,7 +298,6 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
                const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config) {
   MapUpdate update;
-  update.pose = {local.utime_us, T_map_body};
   Touched touched = touchNodes(map, local, T_map_body, pairs, config);
   std::set<NodeId> removed;
   update.evidence = believe(map, evidence, classes, touched, removed);
@@ -326,10 +325,6 @@ MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, c
                           const Config& config) {
   MapUpdate update;
   update.is_sequel = true;
-  if (map.keyframes().poses().empty()) {
-    return update;  // nothing has been moved
-  }
-  update.pose = map.keyframes().poses().back();
   Touched touched;
   std::vector<NodeId> things;
   std::set<NodeId> removed, grown;

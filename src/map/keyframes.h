@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "map/between_constraint.h"
 #include "map/node.h"
 
 namespace hgg {
@@ -13,27 +14,17 @@ struct TimedPose {
   Pose T_map_body = Pose::Identity();
 };
 
-/// What is known of how two keyframes lie to each other: by alignment from one to the next, by the part of the map that
-/// one was aligned with while it is anchored to the other, or by a closed loop.
-struct BetweenConstraint {
-  KeyframeId a = 0, b = 0;
-  Pose T_a_b = Pose::Identity();
-  double sigma = 0;       // m, standard deviation per axis
-  double sigma_turn = 0;  // rad
-  bool is_loop = false;   // found again without the help of odometry: may be wrong
-};
-
 /// How far apart the beliefs about two places may have drifted, one standard deviation.
 struct Drift {
   double position = 0;  // m
   double turn = 0;      // rad
 };
 
-/// Keyframes and what moves them (T_map_map), ascending.
+/// Keyframes and the transforms (T_map_map) that move them, ascending.
 using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
 
-/// The poses a robot went through, one every 2 m or 20 degrees, and what ties them together. Nodes of the map hang on
-/// them: what moves a keyframe moves its nodes.
+/// The poses a robot went through, one every 2 m or 20 degrees, and the constraints between them. Every node of the map
+/// is anchored to a keyframe and moves rigidly with it.
 class KeyframeGraph {
  public:
   const std::vector<TimedPose>& poses() const { return poses_; }
@@ -48,7 +39,7 @@ class KeyframeGraph {
   bool needsOne(const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);
   void connect(const BetweenConstraint& edge);
-  /// Makes ties among the keyframes that were moved say how they lie now. Closed loops stay as they were found.
+  /// Sets the constraints among the keyframes that were moved to how these lie now. Loops stay as they were found.
   void remeasure(const KeyframeMoves& moves);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
 

@@ -32,14 +32,14 @@ std::size_t Map::CellHash::operator()(const Cell& c) const {
 MapDelta Map::apply(MapUpdate update) {
   MapDelta delta;
   delta.revision = update.is_sequel ? revision_ : ++revision_;
-  if (keyframes_.needsOne(update.pose.T_map_body)) {
-    const KeyframeId id = keyframes_.add(update.pose);
+  if (update.keyframe) {
+    const KeyframeId id = keyframes_.add(update.keyframe->pose);
     anchored_.emplace_back();
-    for (BetweenConstraint& constraint : update.constraints) {
+    for (BetweenConstraint& constraint : update.keyframe->constraints) {
       constraint.b = id;
       keyframes_.connect(constraint);
     }
-    findActive(keyframes_.last(), delta);
+    findActive(id, delta);
   }
   for (const NodeId id : update.removed) {
     erase(id);

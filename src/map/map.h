@@ -2,6 +2,7 @@
 
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
@@ -19,22 +20,27 @@ struct ClassEvidence {
   ClassWeights views;
 };
 
-/// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
-struct MapUpdate {
+/// A frame that becomes a keyframe.
+struct NewKeyframe {
   TimedPose pose;
-  std::vector<BetweenConstraint> constraints;  // of the pose to keyframes, should it become one; their b is not used
-  std::vector<MapNode> changed;                // existing ids, whole new state
-  std::vector<MapNode> created;                // id 0: the map gives them one
-  std::vector<NodeId> removed;                 // absorbed into another node, or faded
-  std::vector<ClassEvidence> evidence;         // of existing things that are otherwise as they were
-  bool is_sequel = false;                      // to the frame before it, whose revision it belongs to
+  std::vector<BetweenConstraint> constraints;  // from keyframes of the map to it; their b is not used
 };
 
-/// What correction does to the map: keyframes and where they are to be, and loops that were closed.
+/// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
+struct MapUpdate {
+  std::optional<NewKeyframe> keyframe;  // added first, so that created nodes are anchored to it
+  std::vector<MapNode> changed;         // existing ids, whole new state
+  std::vector<MapNode> created;         // id 0: the map gives them one
+  std::vector<NodeId> removed;          // absorbed into another node, or faded
+  std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
+  bool is_sequel = false;               // belongs to the revision of the frame before it
+};
+
+/// What correction does to the map: the new poses of keyframes, and the loops that were closed.
 struct MapCorrection {
   std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
   std::vector<BetweenConstraint> loops;
-  bool is_measured = false;  // constraints among the moved follow: more was looked at than when they were made
+  bool is_measured = false;  // by more than the constraints among the moved say: these are set to the new poses
 };
 
 /// Ids a revision touched, for subscribers.
@@ -91,7 +97,7 @@ class Map {
   /// Edge of the tiles that bound its stuff nodes, m; 0 until set.
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
-  /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
+  /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or loop.
   void setDriftReach(double reach) { drift_reach_ = reach; }
   /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
   void startAt(KeyframeId id);

@@ -36,7 +36,7 @@ struct MapNode {
   GeometryBlock geometry = noLeaves();  // read through leavesOf()
   ClassBelief classes;     // things only: what views took its place for; `label` is the likeliest thing of it
   std::int32_t views = 0;  // objects of frames merged into this node
-  KeyframeId anchor = -1;  // the keyframe it was made from; the node moves rigidly with it
+  KeyframeId anchor = -1;  // the keyframe it was made at; the node moves rigidly with it
   Micros first_us = 0, last_us = 0;
 };
 

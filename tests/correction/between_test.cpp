@@ -27,16 +27,20 @@ Alignment alignedBut(std::vector<Vec6> degenerate) {
   return alignment;
 }
 
+Travel propagate(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump = false) {
+  return propagateTravel(travel, T_last_body, alignment, is_jump, AlignmentConfig{}, MapConfig{}.leaf_size);
+}
+
 /// A hundred metres in steps of one.
 Travel driven(const Alignment& alignment, double turn_deg = 0) {
   Travel travel;
   for (int k = 0; k < 100; ++k) {
-    travel = travelOn(travel, at(1, turn_deg), alignment, false, {});
+    travel = propagate(travel, at(1, turn_deg), alignment);
   }
   return travel;
 }
 
-TEST(TravelOn, AnAlignedWayLosesLittle) {
+TEST(PropagateTravel, AnAlignedWayLosesLittle) {
   const Travel travel = driven(alignedBut({}));
   EXPECT_NEAR(travel.sigma, std::sqrt(50.0) * 0.05 * Config{}.map.leaf_size, 1e-9);
   EXPECT_NEAR(travel.sigma_turn, std::sqrt(50.0) * 0.04 * kDegree, 1e-9);
@@ -45,25 +49,25 @@ TEST(TravelOn, AnAlignedWayLosesLittle) {
   EXPECT_FALSE(travel.jumped);
 }
 
-TEST(TravelOn, HowOftenTheWayWasAlignedIsNoMatter) {
+TEST(PropagateTravel, HowOftenTheWayWasAlignedIsNoMatter) {
   Travel often;
   for (int k = 0; k < 1000; ++k) {
-    often = travelOn(often, at(0.1), alignedBut({}), false, {});
+    often = propagate(often, at(0.1), alignedBut({}));
   }
   EXPECT_NEAR(often.sigma, driven(alignedBut({})).sigma, 1e-9);
 }
 
-TEST(TravelOn, OdometrysWayLosesWhatOdometryDoes) {
+TEST(PropagateTravel, OdometrysWayLosesWhatOdometryDoes) {
   Config config;
   const Travel straight = driven({});
   EXPECT_NEAR(straight.sigma, config.alignment.odometry_drift * 100, 1e-9);
   EXPECT_NEAR(straight.sigma_turn, config.alignment.odometry_turn_deg * kDegree * 100, 1e-9);
   const Travel turning = driven({}, 5);
   EXPECT_NEAR(turning.sigma_turn - straight.sigma_turn, config.alignment.odometry_drift * 500 * kDegree, 1e-9);
-  EXPECT_EQ(travelOn({}, Pose::Identity(), {}, false, config).sigma, 0);
+  EXPECT_EQ(propagate({}, Pose::Identity(), {}).sigma, 0);
 }
 
-TEST(TravelOn, WhatIsDegenerateInPositionOnlyKeepsItsHeading) {
+TEST(PropagateTravel, WhatIsDegenerateInPositionOnlyKeepsItsHeading) {
   const Travel aligned = driven(alignedBut({})), odometry = driven({});
   const Travel in_corridor = driven(alignedBut({alongX()}));
   EXPECT_EQ(in_corridor.sigma, odometry.sigma);
@@ -76,15 +80,15 @@ TEST(TravelOn, WhatIsDegenerateInPositionOnlyKeepsItsHeading) {
   EXPECT_EQ(lost.sigma_turn, odometry.sigma_turn);
 }
 
-TEST(TravelOn, AJumpIsLostByThirtyCentimetresAndThreeDegreesUntilTheNextKeyframe) {
-  const Travel once = travelOn({}, at(1000, 100), {}, true, {});
+TEST(PropagateTravel, AJumpIsLostByThirtyCentimetresAndThreeDegreesUntilTheNextKeyframe) {
+  const Travel once = propagate({}, at(1000, 100), {}, true);
   EXPECT_NEAR(once.sigma, 0.3, 1e-12);
   EXPECT_NEAR(once.sigma_turn, 3 * kDegree, 1e-12);
-  const Travel later = travelOn(once, at(1), alignedBut({}), false, {});
+  const Travel later = propagate(once, at(1), alignedBut({}));
   EXPECT_TRUE(later.jumped);
   EXPECT_GT(later.sigma, 0.3);
-  EXPECT_NEAR(travelOn({0.4, 4 * kDegree}, at(1), {}, true, {}).sigma, 0.5, 1e-12);
-  EXPECT_NEAR(travelOn({0.4, 4 * kDegree}, at(1), {}, true, {}).sigma_turn, 5 * kDegree, 1e-12);
+  EXPECT_NEAR(propagate({0.4, 4 * kDegree}, at(1), {}, true).sigma, 0.5, 1e-12);
+  EXPECT_NEAR(propagate({0.4, 4 * kDegree}, at(1), {}, true).sigma_turn, 5 * kDegree, 1e-12);
 }
 
 /// A map with a keyframe every 3 m along x and a car made at each; and a frame that was aligned with all of them, with
@@ -97,7 +101,7 @@ struct Scene {
   explicit Scene(const std::vector<int>& leaves_of) {
     for (std::size_t k = 0; k < leaves_of.size(); ++k) {
       MapUpdate update;
-      update.pose = {static_cast<Micros>(k), at(3.0 * static_cast<double>(k))};
+      update.keyframe = NewKeyframe{{static_cast<Micros>(k), at(3.0 * static_cast<double>(k))}, {}};
       update.created = {nodeAt(kCar, Vec3(3.0 * static_cast<double>(k), 5, 0))};
       map.apply(std::move(update));
       LocalObject object;
@@ -107,41 +111,43 @@ struct Scene {
     }
   }
 
-  std::vector<BetweenConstraint> ties(const Pose& T_map_body, const Travel& travel = {0.01, 0.001, false}) const {
-    return betweenConstraints(T_map_body, map, local, alignment, travel, {});
+  std::vector<BetweenConstraint> constraints(const Pose& T_map_body,
+                                             const Travel& travel = {0.01, 0.001, false}) const {
+    return betweenConstraints(T_map_body, map, local, alignment, travel, MapConfig{}.leaf_size);
   }
 };
 
-std::vector<KeyframeId> endsOf(const std::vector<BetweenConstraint>& ties) {
+std::vector<KeyframeId> endsOf(const std::vector<BetweenConstraint>& constraints) {
   std::vector<KeyframeId> ends;
-  for (const BetweenConstraint& tie : ties) {
-    ends.push_back(tie.a);
+  for (const BetweenConstraint& e : constraints) {
+    ends.push_back(e.a);
   }
   return ends;
 }
 
-TEST(TiesOf, GoToTheLastKeyframeAndToTheTwoThatMostLeavesBelongTo) {
+TEST(BetweenConstraints, GoToTheLastKeyframeAndToTheTwoThatMostLeavesBelongTo) {
   const Scene scene({20, 50, 5, 70, 30, 90});
   const Pose T = at(18, 30);
-  const auto ties = scene.constraints(T);
-  EXPECT_EQ(endsOf(ties), (std::vector<KeyframeId>{5, 3, 1}));  // the last one has most and its tie already
-  for (const BetweenConstraint& tie : ties) {
-    const Pose& T_map_a = scene.map.keyframes().poses()[static_cast<std::size_t>(tie.a)].T_map_body;
-    EXPECT_TRUE((T_map_a * tie.T_a_b).isApprox(T, 1e-12));
-    EXPECT_FALSE(tie.is_loop);
+  const auto constraints = scene.constraints(T);
+  EXPECT_EQ(endsOf(constraints),
+            (std::vector<KeyframeId>{5, 3, 1}));  // the last one has most and its constraint already
+  for (const BetweenConstraint& e : constraints) {
+    const Pose& T_map_a = scene.map.keyframes().poses()[static_cast<std::size_t>(e.a)].T_map_body;
+    EXPECT_TRUE((T_map_a * e.T_a_b).isApprox(T, 1e-12));
+    EXPECT_FALSE(e.is_loop);
   }
-  EXPECT_EQ(ties[0].sigma, 0.01);
-  EXPECT_EQ(ties[0].sigma_turn, 0.001);
-  EXPECT_NEAR(ties[1].sigma, 0.05, 1e-12);  // an eighth of a leaf
-  EXPECT_NEAR(ties[1].sigma_turn, 0.2 * kDegree, 1e-12);
+  EXPECT_EQ(constraints[0].sigma, 0.01);
+  EXPECT_EQ(constraints[0].sigma_turn, 0.001);
+  EXPECT_NEAR(constraints[1].sigma, 0.05, 1e-12);  // an eighth of a leaf
+  EXPECT_NEAR(constraints[1].sigma_turn, 0.2 * kDegree, 1e-12);
 }
 
-TEST(TiesOf, FewLeavesTieNothing) {
+TEST(BetweenConstraints, FewLeavesConstrainNothing) {
   EXPECT_EQ(endsOf(Scene({9, 0, 100}).constraints(at(9))), (std::vector<KeyframeId>{2}));
   EXPECT_EQ(endsOf(Scene({12, 0, 100}).constraints(at(9))), (std::vector<KeyframeId>{2, 0}));
 }
 
-TEST(TiesOf, NodesOfNoKeyframeTieNothing) {
+TEST(BetweenConstraints, NodesOfNoKeyframeConstrainNothing) {
   Scene scene({50, 50, 50});
   std::vector<MapNode> nodes;
   for (const auto& [id, node] : scene.map.nodes()) {
@@ -152,7 +158,7 @@ TEST(TiesOf, NodesOfNoKeyframeTieNothing) {
   EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
 }
 
-TEST(TiesOf, WhatTheMapDoesNotHoldIsTiedToTheLastKeyframeOnly) {
+TEST(BetweenConstraints, APoseThatTheMapDoesNotConstrainGetsOneToTheLastKeyframeOnly) {
   Scene scene({50, 50, 50});
   scene.alignment.degenerate_directions = {alongX()};
   EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
@@ -161,16 +167,18 @@ TEST(TiesOf, WhatTheMapDoesNotHoldIsTiedToTheLastKeyframeOnly) {
   EXPECT_EQ(endsOf(scene.constraints(at(9))), (std::vector<KeyframeId>{2}));
 }
 
-TEST(TiesOf, AnEmptyMapTiesNothing) { EXPECT_TRUE(betweenConstraints(at(1), {}, {}, {}, {}, {}).empty()); }
+TEST(BetweenConstraints, AnEmptyMapHasNone) {
+  EXPECT_TRUE(betweenConstraints(at(1), {}, {}, {}, {}, MapConfig{}.leaf_size).empty());
+}
 
-TEST(TiesOf, NoTieIsWithoutError) {
-  for (const BetweenConstraint& tie : Scene({50}).constraints(at(3), {})) {
-    EXPECT_GT(tie.sigma, 0);
-    EXPECT_GT(tie.sigma_turn, 0);
+TEST(BetweenConstraints, NoneIsWithoutError) {
+  for (const BetweenConstraint& e : Scene({50}).constraints(at(3), {})) {
+    EXPECT_GT(e.sigma, 0);
+    EXPECT_GT(e.sigma_turn, 0);
   }
 }
 
-TEST(TiesOf, AfterAJumpWhatWasAlignedWithTiesAloneOrElseTheNearestKeyframe) {
+TEST(BetweenConstraints, AfterAJumpTheyGoToWhatWasAlignedWithAloneOrElseToTheNearestKeyframe) {
   Scene scene({0, 0, 0, 0, 0, 50});
   scene.alignment.leaf_pairs = 0;
   const Travel jumped{0.3, 3 * kDegree, true};
@@ -182,18 +190,18 @@ TEST(TiesOf, AfterAJumpWhatWasAlignedWithTiesAloneOrElseTheNearestKeyframe) {
   EXPECT_NEAR(scene.constraints(at(4), jumped)[0].sigma, 0.05, 1e-12);
 }
 
-TEST(TiesOf, AfterAJumpTheMapTiesInWhatItHoldsAndTheGuessInTheRest) {
+TEST(BetweenConstraints, AfterAJumpTheyAreAsCertainAsTheMapWhereItConstrainsThePoseAndAsTheGuessElsewhere) {
   Scene scene({50, 0, 0});
   const Travel jumped{0.3, 3 * kDegree, true};
   scene.alignment.degenerate_directions = {alongX()};
-  auto ties = scene.constraints(at(6), jumped);
-  ASSERT_EQ(endsOf(ties), (std::vector<KeyframeId>{0}));
-  EXPECT_EQ(ties[0].sigma, 0.3);
-  EXPECT_NEAR(ties[0].sigma_turn, 0.2 * kDegree, 1e-12);
+  auto constraints = scene.constraints(at(6), jumped);
+  ASSERT_EQ(endsOf(constraints), (std::vector<KeyframeId>{0}));
+  EXPECT_EQ(constraints[0].sigma, 0.3);
+  EXPECT_NEAR(constraints[0].sigma_turn, 0.2 * kDegree, 1e-12);
   scene.alignment.degenerate_directions = {aroundZ()};
-  ties = scene.constraints(at(6), jumped);
-  EXPECT_NEAR(ties[0].sigma, 0.05, 1e-12);
-  EXPECT_EQ(ties[0].sigma_turn, 3 * kDegree);
+  constraints = scene.constraints(at(6), jumped);
+  EXPECT_NEAR(constraints[0].sigma, 0.05, 1e-12);
+  EXPECT_EQ(constraints[0].sigma_turn, 3 * kDegree);
 }
 
 }  // namespace

@@ -206,29 +206,29 @@ TEST(ObjectFactor, DerivativesAreExactWhereTheBodyIsTurnedAround) {
   }
 }
 
-TEST(RelativePoseFactor, IsZeroAtTheMeasurementAndWeighsThePoseDifference) {
+TEST(BetweenFactor, IsZeroAtTheMeasurementAndWeighsThePoseDifference) {
   std::mt19937 random(5);
   for (int i = 0; i < 20; ++i) {
     const Pose T_a = randomPose(random, 20), T_b = randomPose(random, 20), measured = randomPose(random, 20);
     const Mat6 information = randomInformation<6>(random);
     const std::vector<std::vector<double>> at{vectorOf(poseBlock(T_a)), vectorOf(poseBlock(T_b))};
-    const auto exact = relativePoseFactor(T_a.inverse() * T_b, information);
+    const auto exact = betweenFactor(T_a.inverse() * T_b, information);
     EXPECT_LE((Probe{*exact, at}.residuals(at).norm()), 1e-9);
-    const auto off = relativePoseFactor(measured, information);
+    const auto off = betweenFactor(measured, information);
     const Vec6 difference = localCoordinates(T_a.inverse() * T_b, measured);
     const double expected = difference.dot(information * difference);
     EXPECT_NEAR((Probe{*off, at}.residuals(at).squaredNorm()), expected, 1e-9 * expected);
   }
 }
 
-TEST(RelativePoseFactor, DerivativesAreExactForAnyErrorUpToNearlyHalfATurn) {
+TEST(BetweenFactor, DerivativesAreExactForAnyErrorUpToNearlyHalfATurn) {
   std::mt19937 random(6);
   for (const double angle : {0.0, 1e-6, 1e-3, 0.5, 2.0, 3.0, std::numbers::pi - 1e-3}) {
     for (int i = 0; i < 10; ++i) {
       const Pose T_a = randomPose(random, 20), T_b = randomPose(random, 20);
       const Vec3 axis = (randomVector(random, 1) + Vec3(0, 0, 1e-3)).normalized();
       const Pose measured = retract(T_a.inverse() * T_b, (Vec6() << randomVector(random, 2), angle * axis).finished());
-      const auto factor = relativePoseFactor(measured, randomInformation<6>(random));
+      const auto factor = betweenFactor(measured, randomInformation<6>(random));
       Probe{*factor, {vectorOf(poseBlock(T_a)), vectorOf(poseBlock(T_b))}}.expectExact();
     }
   }

@@ -13,7 +13,9 @@ namespace hgg {
 namespace {
 
 constexpr ClassId kWall = 50;
-constexpr double kBlur = 0.15;  // m, of bad leaves about the surface
+constexpr double kBlur = 0.15;        // m, of bad leaves about the surface
+constexpr double kSigmaFloor = 0.01;  // m
+constexpr int kMaxPoints = 8000;      // of a keyframe
 
 Pose poseOf(int k) {
   Pose T = Pose::Identity();
@@ -119,9 +121,9 @@ struct Scene {
     map = Map::restore(corners, keyframes(20), {}, 1);
   }
 
-  void add(int k, int count, int frames, const Config& config = {}) {
+  void add(int k, int count, int frames) {
     const Seen seen = seenFrom(map, k, count, random);
-    window.add(k, seen.local, seen.pairs, frames, config);
+    window.add(k, seen.local, seen.pairs, frames, kMaxPoints);
   }
 };
 
@@ -130,10 +132,9 @@ TEST(GeometryWindow, RefinesLeavesAndNothingElse) {
   for (int k = 0; k < 5; ++k) {
     scene.add(k, 400, 1);
   }
-  const auto nodes = scene.window.refine(scene.map, {});
+  const auto nodes = scene.window.refine(scene.map, kSigmaFloor);
   ASSERT_EQ(nodes.size(), 2U);  // a fifth
   MapUpdate update;
-  update.pose = scene.map.keyframes().poses().back();
   update.changed = nodes;
   const Map before = scene.map;
   scene.map.apply(std::move(update));
@@ -165,7 +166,7 @@ TEST(GeometryWindow, EachNodeGetsItsTurnOnceInFiveKeyframes) {
   std::multiset<NodeId> turns;
   for (int k = 5; k < 10; ++k) {
     scene.add(k, 20, 1);
-    for (const MapNode& node : scene.window.refine(scene.map, {})) {
+    for (const MapNode& node : scene.window.refine(scene.map, kSigmaFloor)) {
       turns.insert(node.id);
     }
   }
@@ -182,8 +183,8 @@ TEST(GeometryWindow, ANodeWithoutPointsInTheWindowIsNotTouched) {
     Seen seen;
     seen.add(*scene.map.find(1), poseOf(k), k < 2 ? 50 : 0, scene.random);
     seen.add(*scene.map.find(2), poseOf(k), 50, scene.random);
-    scene.window.add(k, seen.local, seen.pairs, 1, {});
-    for (const MapNode& node : scene.window.refine(scene.map, {})) {
+    scene.window.add(k, seen.local, seen.pairs, 1, kMaxPoints);
+    for (const MapNode& node : scene.window.refine(scene.map, kSigmaFloor)) {
       EXPECT_TRUE(node.id == 2 || (node.id == 1 && k < 6)) << node.id << " at " << k;
       touched.insert(node.id);
     }
@@ -200,7 +201,7 @@ TEST(GeometryWindow, KeepsTheEvidenceOfANode) {
       for (int k = 0; k < 5; ++k) {
         scene.add(k, 400, k == 4 ? frames : 1);
       }
-      const auto nodes = scene.window.refine(scene.map, {});
+      const auto nodes = scene.window.refine(scene.map, kSigmaFloor);
       ASSERT_FALSE(nodes.empty());
       for (const MapNode& node : nodes) {
         EXPECT_NEAR(evidenceOf(node), evidenceOf(*scene.map.find(node.id)), 0.01 * evidenceOf(node))
@@ -224,8 +225,7 @@ TEST(GeometryWindow, SurfaceOutOfViewStaysBitForBit) {
   for (int k = 0; k < 40; ++k) {
     scene.add(k, 400, 1);
     MapUpdate update;
-    update.pose = scene.map.keyframes().poses().back();
-    update.changed = scene.window.refine(scene.map, {});
+    update.changed = scene.window.refine(scene.map, kSigmaFloor);
     turns += update.changed.empty() ? 0 : 1;
     scene.map.apply(std::move(update));
   }
@@ -240,7 +240,7 @@ TEST(GeometryWindow, BlurredWallsBecomeSharper) {
   for (int k = 0; k < 5; ++k) {
     scene.add(k, 400, 1);
   }
-  const auto nodes = scene.window.refine(scene.map, {});
+  const auto nodes = scene.window.refine(scene.map, kSigmaFloor);
   ASSERT_FALSE(nodes.empty());
   for (const MapNode& node : nodes) {
     EXPECT_LT(thicknessOf(node), 0.8 * thicknessOf(*scene.map.find(node.id)));
@@ -249,8 +249,7 @@ TEST(GeometryWindow, BlurredWallsBecomeSharper) {
   for (int k = 5; k < 20; ++k) {  // three turns each
     scene.add(k, 400, 1);
     MapUpdate update;
-    update.pose = scene.map.keyframes().poses().back();
-    update.changed = scene.window.refine(scene.map, {});
+    update.changed = scene.window.refine(scene.map, kSigmaFloor);
     scene.map.apply(std::move(update));
   }
   for (const auto& [id, node] : scene.map.nodes()) {
@@ -271,15 +270,15 @@ TEST(GeometryWindow, PointsGoWithTheirKeyframe) {
     }
     return mean;
   };
-  const auto before = scene.window.refine(scene.map, {});
+  const auto before = scene.window.refine(scene.map, kSigmaFloor);
   MapCorrection correction;
-  for (KeyframeId k = 1; k < 6; ++k) {  // nodes hang on the first
+  for (KeyframeId k = 1; k < 6; ++k) {  // nodes are anchored to the first
     Pose T = poseOf(k);
     T.translation() += Vec3(0, 0, 0.05);
     correction.moved.emplace_back(k, T);
   }
   scene.map.apply(correction);
-  const auto after = scene.window.refine(scene.map, {});
+  const auto after = scene.window.refine(scene.map, kSigmaFloor);
   ASSERT_EQ(after.size(), before.size());
   for (std::size_t n = 0; n < after.size(); ++n) {
     const Vec3 shift = meanOf(after[n]) - meanOf(before[n]);
@@ -288,12 +287,10 @@ TEST(GeometryWindow, PointsGoWithTheirKeyframe) {
   }
 }
 
-std::vector<MapNode> refinedBy(const Scene& scene, const Seen& seen, int frames, int em_points) {
-  Config config;
-  config.correction.em_points = em_points;
+std::vector<MapNode> refinedBy(const Scene& scene, const Seen& seen, int frames, int max_points) {
   GeometryWindow window;
-  window.add(4, seen.local, seen.pairs, frames, config);
-  return window.refine(scene.map, config);
+  window.add(4, seen.local, seen.pairs, frames, max_points);
+  return window.refine(scene.map, kSigmaFloor);
 }
 
 TEST(GeometryWindow, AFrameOfNoMorePointsThanAllowedIsUsedWhole) {
@@ -327,12 +324,12 @@ TEST(GeometryWindow, OfMorePointsEveryNthIsUsedAndWeighsN) {
 
 TEST(GeometryWindow, EmptyFramesAreFrames) {
   Scene scene(10);
-  EXPECT_TRUE(scene.window.refine(scene.map, {}).empty());
-  scene.window.add(0, LocalGraph{}, {}, 0, {});
-  EXPECT_TRUE(scene.window.refine(scene.map, {}).empty());
+  EXPECT_TRUE(scene.window.refine(scene.map, kSigmaFloor).empty());
+  scene.window.add(0, LocalGraph{}, {}, 0, kMaxPoints);
+  EXPECT_TRUE(scene.window.refine(scene.map, kSigmaFloor).empty());
   scene.add(1, 100, 1);
-  scene.window.add(2, LocalGraph{}, {}, 3, {});
-  EXPECT_EQ(scene.window.refine(scene.map, {}).size(), 2U);
+  scene.window.add(2, LocalGraph{}, {}, 3, kMaxPoints);
+  EXPECT_EQ(scene.window.refine(scene.map, kSigmaFloor).size(), 2U);
 }
 
 TEST(GeometryWindow, ANodeRemovedSinceIsSkipped) {
@@ -340,13 +337,12 @@ TEST(GeometryWindow, ANodeRemovedSinceIsSkipped) {
   for (int k = 0; k < 5; ++k) {
     scene.add(k, 100, 1);
   }
-  const auto before = scene.window.refine(scene.map, {});
+  const auto before = scene.window.refine(scene.map, kSigmaFloor);
   ASSERT_EQ(before.size(), 2U);
   MapUpdate update;
-  update.pose = scene.map.keyframes().poses().back();
   update.removed = {before[0].id};
   scene.map.apply(std::move(update));
-  const auto after = scene.window.refine(scene.map, {});
+  const auto after = scene.window.refine(scene.map, kSigmaFloor);
   ASSERT_EQ(after.size(), 1U);
   EXPECT_EQ(after[0].id, before[1].id);
   EXPECT_TRUE(sameLeaves(leavesOf(after[0]), leavesOf(before[1])));

@@ -54,19 +54,23 @@ struct Drive {
   static constexpr double kSigma = 0.05, kSigmaTurn = 0.1 * kDegree, kSight = 14;
   World world;
   Pose drift;  // at every step
-  Config config = smallConfig();
+  Config config;
   Map map;
   LoopCloser closer;
   std::vector<std::pair<KeyframeId, MapCorrection>> corrections;  // at which keyframe they came
 
-  static Config smallConfig() {
-    Config config;
-    config.map.active_radius = 60;
-    return config;
+  /// Of a place that is small beside the square.
+  static LoopConfig smallPlaces() {
+    LoopConfig loops = loopConfigOf(kTileSize, Config{}.map.leaf_size);
+    loops.descriptor_radius = 15;
+    loops.place_radius = 24;
+    loops.pass_distance = 6;
+    loops.prior_slack = 1.5;
+    return loops;
   }
 
   Drive(unsigned seed, Pose drift_per_step, LoopTiming timing)
-      : world(squareWorld(seed)), drift(std::move(drift_per_step)), closer(config, {}, timing) {
+      : world(squareWorld(seed)), drift(std::move(drift_per_step)), closer(smallPlaces(), {}, timing) {
     map.setTileSize(kTileSize);
     map.setDriftReach(config.correction.drift_reach);
   }
@@ -77,16 +81,16 @@ struct Drive {
   void step() {
     const int k = keyframes();
     MapUpdate update;
-    update.pose = {100'000 * k, truthAt(k)};
+    NewKeyframe keyframe{{100'000 * k, truthAt(k)}, {}};
     if (k > 0) {
       const Pose T_a_b = truthAt(k - 1).inverse() * truthAt(k) * drift;
-      update.pose.T_map_body = poseOf(k - 1) * T_a_b;
-      update.constraints = {{k - 1, -1, T_a_b, kSigma, kSigmaTurn, false}};
+      keyframe.pose.T_map_body = poseOf(k - 1) * T_a_b;
+      keyframe.constraints = {{k - 1, -1, T_a_b, kSigma, kSigmaTurn, false}};
     }
-    const Pose T_map_world = update.pose.T_map_body * truthAt(k).inverse();
+    const Pose T_map_world = keyframe.pose.T_map_body * truthAt(k).inverse();
+    update.keyframe = std::move(keyframe);
     map.apply(std::move(update));
     MapUpdate seen;
-    seen.pose = map.keyframes().poses().back();
     seen.created = nodesSeen(T_map_world, truthAt(k).translation());
     map.apply(std::move(seen));
     if (auto correction = closer.step(map)) {
@@ -194,7 +198,7 @@ TEST(LoopCloser, TwoRunsWithFixedTimingGiveTheSameMap) {
   EXPECT_EQ(a.closer.rejected(), b.closer.rejected());
 }
 
-TEST(LoopCloser, KeyframesYoungerThanTheQuestionGoAlongWithTheNewestOfIt) {
+TEST(LoopCloser, KeyframesYoungerThanTheCandidateMoveWithTheNewestItKnew) {
   Drive drive(1, drifting(), LoopTiming::kFixed);
   std::vector<Pose> before;
   while (drive.corrections.empty() && drive.keyframes() < kRound + 20) {
@@ -207,38 +211,39 @@ TEST(LoopCloser, KeyframesYoungerThanTheQuestionGoAlongWithTheNewestOfIt) {
   ASSERT_EQ(drive.corrections.size(), 1U);
   const auto& [at, correction] = drive.corrections[0];
   ASSERT_EQ(correction.loops.size(), 1U);
-  const KeyframeId asked = correction.loops[0].b;
-  EXPECT_EQ(at, asked + 2);
+  const KeyframeId candidate = correction.loops[0].b;
+  EXPECT_EQ(at, candidate + 2);
   ASSERT_EQ(correction.moved.size(), static_cast<std::size_t>(at)) << "all but the first, which holds the map";
   EXPECT_EQ(correction.moved.front().first, 1);
-  const Pose move = drive.poseOf(asked) * before[static_cast<std::size_t>(asked)].inverse();
+  const Pose move = drive.poseOf(candidate) * before[static_cast<std::size_t>(candidate)].inverse();
   EXPECT_GT(move.translation().norm(), 0.5);
-  const KeyframeId younger = asked + 1;  // the one after it is younger than `before`
+  const KeyframeId younger = candidate + 1;  // the one after it is younger than `before`
   EXPECT_TRUE(drive.poseOf(younger).isApprox(move * before[static_cast<std::size_t>(younger)], 1e-9));
-  EXPECT_TRUE((drive.poseOf(asked).inverse() * drive.poseOf(at))
-                  .isApprox(truthAt(asked).inverse() * truthAt(asked + 1) * drifting() * truthAt(asked + 1).inverse() *
-                                truthAt(asked + 2) * drifting(),
+  EXPECT_TRUE((drive.poseOf(candidate).inverse() * drive.poseOf(at))
+                  .isApprox(truthAt(candidate).inverse() * truthAt(candidate + 1) * drifting() *
+                                truthAt(candidate + 1).inverse() * truthAt(candidate + 2) * drifting(),
                             1e-9));
 }
 
+const LoopConfig kOutdoors = loopConfigOf(10, 0.4);  // m, tiles and leaves
+
 /// A robot that thinks it is `offset` from a room it knows, by keyframes that leave it `sigma` of doubt.
 struct Doubt {
-  Config config;
   Map map;
   LoopCloser closer;
   World world = randomWorld(1);
 
-  int measured = 1;  // how often each tie was
+  int measured = 1;  // how often each constraint was
 
-  explicit Doubt(LoopTiming timing = LoopTiming::kFixed) : closer(config, {}, timing) { map.setDriftReach(0.5); }
+  explicit Doubt(LoopTiming timing = LoopTiming::kFixed) : closer(kOutdoors, {}, timing) { map.setDriftReach(0.5); }
 
   void keyframe(const Pose& T, double sigma, const Pose* T_map_world) {
     MapUpdate update;
-    update.pose = {1000 * (map.keyframes().last() + 1), T};
+    update.keyframe = NewKeyframe{{1000 * (map.keyframes().last() + 1), T}, {}};
     if (map.keyframes().last() >= 0) {
       const Pose T_a_b = map.keyframes().poses().back().T_map_body.inverse() * T;
-      update.constraints.assign(static_cast<std::size_t>(measured),
-                                {map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false});
+      update.keyframe->constraints.assign(static_cast<std::size_t>(measured),
+                                          {map.keyframes().last(), -1, T_a_b, sigma, 1e-4, false});
     }
     if (T_map_world != nullptr) {
       update.created =
@@ -246,8 +251,8 @@ struct Doubt {
     }
     map.apply(std::move(update));
   }
-  /// Comes back, and asks.
-  void ask(const Pose& offset, double sigma) {
+  /// Comes back, which starts a verification.
+  void comeBack(const Pose& offset, double sigma) {
     const Pose start = Pose::Identity();
     keyframe(start, 0, &start);
     closer.step(map);
@@ -263,21 +268,21 @@ struct Doubt {
     keyframe(offset * frame(0, Vec3(0, 0, 2 * (n % 2))), 0.01, nullptr);
     return closer.step(map);
   }
-  /// Asks, and with the answer two keyframes later once more: what both answers come to.
-  std::optional<MapCorrection> askTwice(const Pose& offset, double sigma) {
-    ask(offset, sigma);
+  /// Has the place verified, and two keyframes later once more: what both verifications come to.
+  std::optional<MapCorrection> verifyTwice(const Pose& offset, double sigma) {
+    comeBack(offset, sigma);
     for (const int n : {1, 2, 3}) {
       EXPECT_FALSE(goOn(n, offset));
     }
     return goOn(4, offset);
   }
-  int answers() const { return closer.accepted() + closer.rejected(); }
+  int verified() const { return closer.accepted() + closer.rejected(); }
 };
 
 TEST(LoopCloser, ALoopThatDriftExplainsIsApplied) {
   Doubt doubt;
-  const auto correction = doubt.askTwice(frame(0, Vec3(1, 0, 0)), 1);
-  ASSERT_TRUE(correction) << (doubt.closer.records().empty() ? "never asked" : doubt.closer.records().back().reason);
+  const auto correction = doubt.verifyTwice(frame(0, Vec3(1, 0, 0)), 1);
+  ASSERT_TRUE(correction) << (doubt.closer.records().empty() ? "never verified" : doubt.closer.records().back().reason);
   EXPECT_EQ(doubt.closer.accepted(), 1);
   EXPECT_EQ(doubt.closer.rejected(), 1);
   EXPECT_EQ(doubt.closer.records()[0].reason.find("not seen twice yet"), 0U);
@@ -288,7 +293,7 @@ TEST(LoopCloser, ALoopThatDriftExplainsIsApplied) {
 
 TEST(LoopCloser, ALoopFartherOffThanDriftAllowsIsNot) {
   Doubt doubt;  // the room is where it may be, but turned as the way cannot have turned
-  EXPECT_FALSE(doubt.askTwice(frame(2.8, Vec3(0.5, 0, 0)), 0.6));
+  EXPECT_FALSE(doubt.verifyTwice(frame(2.8, Vec3(0.5, 0, 0)), 0.6));
   ASSERT_EQ(doubt.closer.records().size(), 2U);
   const LoopRecord& record = doubt.closer.records()[0];
   EXPECT_FALSE(record.accepted);
@@ -300,7 +305,7 @@ TEST(LoopCloser, ALoopFartherOffThanDriftAllowsIsNot) {
 TEST(LoopCloser, ALoopThatTheOtherKeyframesSpeakAgainstIsNot) {
   Doubt doubt;
   doubt.measured = 30;  // any one way allows for it, all together do not
-  EXPECT_FALSE(doubt.askTwice(frame(0, Vec3(1.8, 0, 0)), 0.6));
+  EXPECT_FALSE(doubt.verifyTwice(frame(0, Vec3(1.8, 0, 0)), 0.6));
   ASSERT_EQ(doubt.closer.records().size(), 2U);
   const LoopRecord& record = doubt.closer.records()[0];
   EXPECT_FALSE(record.accepted);
@@ -314,28 +319,27 @@ TEST(LoopCloser, ALoopThatTheOtherKeyframesSpeakAgainstIsNot) {
 TEST(LoopCloser, PlacesOfAStoredMapAreKnownByTheirLooks) {
   // Two rooms far apart; the robot comes back to one of them with a drift that says nothing.
   for (const int here : {0, 1}) {
-    Config config;
     const World rooms[] = {randomWorld(1), randomWorld(2)};
     const Pose at_room[] = {frame(0, Vec3(-25, 0, 0)), frame(0, Vec3(25, 0, 0))};
     Map map;
     for (const int k : {0, 1}) {
       MapUpdate update;
-      update.pose = {k, at_room[k]};
+      update.keyframe = NewKeyframe{{k, at_room[k]}, {}};
       update.created = nodesOfWorld(rooms[k], at_room[k].inverse(), static_cast<unsigned>(k));
       if (k == 1) {
-        update.constraints = {{0, -1, at_room[0].inverse() * at_room[1], 0.01, 1e-4, false}};
+        update.keyframe->constraints = {{0, -1, at_room[0].inverse() * at_room[1], 0.01, 1e-4, false}};
       }
       map.apply(std::move(update));
     }
-    LoopCloser closer(config, {}, LoopTiming::kFixed);
+    LoopCloser closer(kOutdoors, {}, LoopTiming::kFixed);
     closer.start(map);
     map.setDriftReach(0.5);
     const Pose T = frame(0, Vec3(here == 0 ? 3 : -3, 0, 0));
     for (int k = 0; k < 3; ++k) {
       MapUpdate update;
-      update.pose = {10 + k, T * frame(0, Vec3(0, 0, 2 * k))};
       const KeyframeId last = map.keyframes().last();
-      update.constraints = {{last, -1, frame(0, Vec3(2, 0, 0)), k == 0 ? 15 : 0.01, 1e-4, false}};
+      update.keyframe = NewKeyframe{{10 + k, T * frame(0, Vec3(0, 0, 2 * k))}, {}};
+      update.keyframe->constraints = {{last, -1, frame(0, Vec3(2, 0, 0)), k == 0 ? 15 : 0.01, 1e-4, false}};
       if (k == 0) {
         update.created = nodesOfWorld(rooms[here], T.inverse(), 7);
       }
@@ -348,39 +352,39 @@ TEST(LoopCloser, PlacesOfAStoredMapAreKnownByTheirLooks) {
   }
 }
 
-TEST(LoopCloser, CanBeLeftWithAQuestionOpen) {
+TEST(LoopCloser, CanBeDestroyedWhileACandidateIsBeingVerified) {
   const Pose offset = frame(0, Vec3(1, 0, 0));
   for (const LoopTiming timing : {LoopTiming::kFixed, LoopTiming::kPrompt}) {
     auto left = std::make_unique<Doubt>(timing);
-    left->ask(offset, 1);
-    const Micros asked_us = left->map.keyframes().poses().back().utime_us;
-    EXPECT_EQ(left->answers(), 0);
-    left.reset();  // returns, and what was asked does not miss what is gone
+    left->comeBack(offset, 1);
+    const Micros candidate_us = left->map.keyframes().poses().back().utime_us;
+    EXPECT_EQ(left->verified(), 0);
+    left.reset();  // returns, and the verification does not miss what is gone
 
-    Doubt twin;  // what went on has an answer to what was asked there
-    twin.askTwice(offset, 1);
-    ASSERT_EQ(twin.answers(), 2);
-    EXPECT_EQ(twin.closer.records()[0].now_us, asked_us);
+    Doubt twin;  // one that goes on has the same candidate verified
+    twin.verifyTwice(offset, 1);
+    ASSERT_EQ(twin.verified(), 2);
+    EXPECT_EQ(twin.closer.records()[0].now_us, candidate_us);
   }
 }
 
-TEST(LoopCloser, APromptAnswerComesAsSoonAsItIsThere) {
+TEST(LoopCloser, APromptVerificationIsTakenAsSoonAsItIsThere) {
   const Pose offset = frame(0, Vec3(1, 0, 0));
   Doubt prompt(LoopTiming::kPrompt), fixed;
-  const auto expected = fixed.askTwice(offset, 1);
+  const auto expected = fixed.verifyTwice(offset, 1);
   ASSERT_TRUE(expected);
-  prompt.ask(offset, 1);
+  prompt.comeBack(offset, 1);
   std::optional<MapCorrection> correction;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);  // where nothing comes
   for (const int n : {1, 2, 3, 4}) {
     correction = prompt.goOn(n, offset);
-    while (!correction && prompt.answers() < n / 2 && std::chrono::steady_clock::now() < end) {
+    while (!correction && prompt.verified() < n / 2 && std::chrono::steady_clock::now() < end) {
       std::this_thread::yield();
-      correction = prompt.closer.step(prompt.map);  // nothing new, but an answer may have come
+      correction = prompt.closer.step(prompt.map);  // nothing new, but the verification may be ready
     }
   }
-  ASSERT_TRUE(correction) << "never answered";
-  EXPECT_EQ(prompt.answers(), 2);
+  ASSERT_TRUE(correction) << "never verified";
+  EXPECT_EQ(prompt.verified(), 2);
   EXPECT_EQ(prompt.closer.accepted(), 1);
   EXPECT_EQ(correction->moved.size() + 1, prompt.map.keyframes().poses().size()) << "all but the first";
   for (std::size_t k = 0; k < expected->moved.size(); ++k) {  // what both have; younger keyframes go along
@@ -391,7 +395,7 @@ TEST(LoopCloser, APromptAnswerComesAsSoonAsItIsThere) {
   EXPECT_LT(prompt.map.keyframes().poses()[3].T_map_body.translation().norm(), 0.1);
 }
 
-TEST(LoopCloser, PromptAnswersAreRightHoweverLateTheyCome) {
+TEST(LoopCloser, PromptVerificationsAreRightHoweverLateTheyCome) {
   Drive drive(1, drifting(), LoopTiming::kPrompt);
   drive.driveTo(kRound + 60);  // some come, how many depends on the machine
   if (drive.closer.accepted() > 0) {

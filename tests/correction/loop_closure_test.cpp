@@ -9,8 +9,26 @@
 namespace hgg {
 namespace {
 
+const LoopConfig kConfig = loopConfigOf(10, 0.4);  // m, tiles and leaves outdoors
+
 PlaceDescriptor describe(const Map& map, const Vec3& centre = Vec3::Zero()) {
-  return describePlace(map, centre, descriptorRadius({}));
+  return describePlace(map, centre, kConfig.descriptor_radius);
+}
+
+TEST(LoopConfig, SizesOfAPlaceFollowTheTilesAndErrorsOfALoopTheLeaves) {
+  const LoopConfig outdoors = loopConfigOf(10, 0.4), indoors = loopConfigOf(3, 0.1);
+  EXPECT_DOUBLE_EQ(outdoors.place_radius, 40);
+  EXPECT_DOUBLE_EQ(outdoors.descriptor_radius, 25);
+  EXPECT_DOUBLE_EQ(outdoors.pass_distance, 10);
+  EXPECT_DOUBLE_EQ(outdoors.prior_slack, 1.5);
+  EXPECT_DOUBLE_EQ(outdoors.sigma, 0.08);
+  EXPECT_NEAR(outdoors.agree_distance, 0.29, 0.002);
+  EXPECT_DOUBLE_EQ(indoors.place_radius, 12);
+  EXPECT_DOUBLE_EQ(indoors.descriptor_radius, 7.5);
+  EXPECT_DOUBLE_EQ(indoors.pass_distance, 3);
+  EXPECT_DOUBLE_EQ(indoors.sigma, 0.02);
+  EXPECT_NEAR(indoors.agree_distance, 0.1, 0.002);
+  EXPECT_EQ(outdoors.agree_turn, indoors.agree_turn);
 }
 
 TEST(PlaceDescriptor, IsTheSameHoweverTheMapIsTurnedAndMoved) {
@@ -93,7 +111,6 @@ struct Revisit {
   static constexpr double kReach = 0.5;
   Map map;
   std::vector<PlaceDescriptor> descriptors;
-  Config config;
 
   Revisit() { map.setDriftReach(kReach); }
 
@@ -102,23 +119,23 @@ struct Revisit {
   void see(const World& world, const Pose& T, const Pose& T_map_world, double sigma,
            const std::function<bool(const Vec3&)>& sees = {}) {
     MapUpdate update;
-    update.pose = {1000 * (map.keyframes().last() + 1), T};
+    update.keyframe = NewKeyframe{{1000 * (map.keyframes().last() + 1), T}, {}};
     if (map.keyframes().last() >= 0) {
       const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
-      update.constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 1e-4, false}};
+      update.keyframe->constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 1e-4, false}};
     }
     const auto seed = static_cast<unsigned>(map.keyframes().poses().size() + 1);
     update.created = nodesOfWorld(world, T_map_world.inverse(), seed, sees);
     map.apply(std::move(update));
     map.setClassNames(kNames);
-    descriptors.push_back(describePlace(map, T.translation(), descriptorRadius(config)));
+    descriptors.push_back(describePlace(map, T.translation(), kConfig.descriptor_radius));
   }
   /// Away and back: two keyframes 150 m from here. `sigma` is that of the whole way.
   void wander(double sigma) {
     see({}, frame(0, Vec3(150, 0, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
     see({}, frame(0, Vec3(150, 10, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
   }
-  std::optional<LoopCandidate> candidate() const { return findLoopCandidate(map, descriptors, config); }
+  std::optional<LoopCandidate> candidate() const { return findLoopCandidate(map, descriptors, kConfig); }
 };
 
 /// Seen from the origin, left, and seen again with an error of `drift`.
@@ -148,25 +165,25 @@ TEST(FindLoopCandidate, NothingWhereDriftDoesNotReach) {
   EXPECT_FALSE(scene.candidate());
 }
 
-TEST(FindLoopCandidate, AsksAboutThePlaceWhereTheRobotMayBeAgain) {
+TEST(FindLoopCandidate, IsThePlaceWhereTheRobotMayBeAgain) {
   const World world = randomWorld(1);
   const Revisit scene = revisit(world, world, frame(2, Vec3(1, 0, 0)), 1);
-  const auto question = scene.candidate();
-  ASSERT_TRUE(question);
-  EXPECT_EQ(question->before_id, 0);
-  EXPECT_EQ(question->now_id, 3);
-  EXPECT_EQ(question->keyframe_before.utime_us, 0);
-  EXPECT_EQ(question->keyframe_now.utime_us, 3000);
-  EXPECT_EQ(question->prior.T_a_b.matrix(), Pose::Identity().matrix());
-  EXPECT_EQ(question->prior.centre_b, question->keyframe_now.T_map_body.translation());
-  EXPECT_NEAR(question->prior.distance, 3 * 1 + 1.5, 0.2);
-  for (const auto& [id, node] : question->before.nodes()) {
+  const auto candidate = scene.candidate();
+  ASSERT_TRUE(candidate);
+  EXPECT_EQ(candidate->before_id, 0);
+  EXPECT_EQ(candidate->now_id, 3);
+  EXPECT_EQ(candidate->keyframe_before.utime_us, 0);
+  EXPECT_EQ(candidate->keyframe_now.utime_us, 3000);
+  EXPECT_EQ(candidate->prior.T_a_b.matrix(), Pose::Identity().matrix());
+  EXPECT_EQ(candidate->prior.centre_b, candidate->keyframe_now.T_map_body.translation());
+  EXPECT_NEAR(candidate->prior.distance, 3 * 1 + 1.5, 0.2);
+  for (const auto& [id, node] : candidate->before.nodes()) {
     EXPECT_FALSE(scene.map.isActive(*scene.map.find(id)));
   }
-  for (const auto& [id, node] : question->now.nodes()) {
+  for (const auto& [id, node] : candidate->now.nodes()) {
     EXPECT_TRUE(scene.map.isActive(*scene.map.find(id)));
   }
-  EXPECT_EQ(question->before.nodes().size() + question->now.nodes().size(), scene.map.nodes().size());
+  EXPECT_EQ(candidate->before.nodes().size() + candidate->now.nodes().size(), scene.map.nodes().size());
 }
 
 TEST(FindLoopCandidate, WhereDriftIsLargeLikenessTellsPlacesApart) {
@@ -177,9 +194,9 @@ TEST(FindLoopCandidate, WhereDriftIsLargeLikenessTellsPlacesApart) {
     scene.wander(15);
     const double x = here == 1 ? 5 : -5;  // rather by the other one
     scene.see(randomWorld(here), frame(0, Vec3(x, 0, 0)), frame(0, Vec3(x, 0, 0)), 10);
-    const auto question = scene.candidate();
-    ASSERT_TRUE(question);
-    EXPECT_EQ(question->before_id, here == 1 ? 0 : 1);
+    const auto candidate = scene.candidate();
+    ASSERT_TRUE(candidate);
+    EXPECT_EQ(candidate->before_id, here == 1 ? 0 : 1);
   }
 }
 
@@ -194,39 +211,39 @@ TEST(VerifyLoop, AcceptsARevisitWithAMetreOfDrift) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const World world = randomWorld(seed);
     const Revisit scene = revisit(world, world, frame(2, Vec3(0.8, -0.6, 0)), 0.7);
-    const auto question = scene.candidate();
-    ASSERT_TRUE(question);
-    const LoopVerification answer = verifyLoop(*question, {}, scene.config);
-    EXPECT_TRUE(answer.alignment.accepted) << answer.alignment.reason;
-    EXPECT_EQ(answer.loop.a, 0);
-    EXPECT_EQ(answer.loop.b, 3);
-    EXPECT_TRUE(answer.loop.is_loop);
-    const Vec6 error = localCoordinates(answer.loop.T_a_b, frame(70, Vec3(1, 0.5, 0)));
+    const auto candidate = scene.candidate();
+    ASSERT_TRUE(candidate);
+    const LoopVerification found = verifyLoop(*candidate, {}, kConfig);
+    EXPECT_TRUE(found.alignment.accepted) << found.alignment.reason;
+    EXPECT_EQ(found.loop.a, 0);
+    EXPECT_EQ(found.loop.b, 3);
+    EXPECT_TRUE(found.loop.is_loop);
+    const Vec6 error = localCoordinates(found.loop.T_a_b, frame(70, Vec3(1, 0.5, 0)));
     EXPECT_LT(error.head<3>().norm(), 0.05);
     EXPECT_LT(error.tail<3>().norm(), 0.3 * kDegree);
-    EXPECT_GT(answer.loop.sigma, error.head<3>().norm());
+    EXPECT_GT(found.loop.sigma, error.head<3>().norm());
   }
 }
 
 TEST(VerifyLoop, RefusesAnotherPlace) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const Revisit scene = revisit(randomWorld(seed), randomWorld(seed + 100), Pose::Identity(), 1);
-    const auto question = scene.candidate();
-    ASSERT_TRUE(question);
-    EXPECT_FALSE(verifyLoop(*question, {}, scene.config).alignment.accepted);
+    const auto candidate = scene.candidate();
+    ASSERT_TRUE(candidate);
+    EXPECT_FALSE(verifyLoop(*candidate, {}, kConfig).alignment.accepted);
   }
 }
 
 TEST(VerifyLoop, RefusesWhatLiesBeyondWhatDriftAllows) {
   const World world = randomWorld(1);
   const Revisit far = revisit(world, world, frame(0, Vec3(6, 0, 0)), 0.7);
-  auto question = far.candidate();
-  ASSERT_TRUE(question);
-  EXPECT_FALSE(verifyLoop(*question, {}, far.config).alignment.accepted);
-  question->prior.distance = 8;
-  EXPECT_TRUE(verifyLoop(*question, {}, far.config).alignment.accepted);
-  question->prior.turn = 1e-6;
-  EXPECT_FALSE(verifyLoop(*question, {}, far.config).alignment.accepted);
+  auto candidate = far.candidate();
+  ASSERT_TRUE(candidate);
+  EXPECT_FALSE(verifyLoop(*candidate, {}, kConfig).alignment.accepted);
+  candidate->prior.distance = 8;
+  EXPECT_TRUE(verifyLoop(*candidate, {}, kConfig).alignment.accepted);
+  candidate->prior.turn = 1e-6;
+  EXPECT_FALSE(verifyLoop(*candidate, {}, kConfig).alignment.accepted);
 }
 
 /// A long hall of equal bays: two pillars, a lamp and a bench every 4 m between two walls.
@@ -260,12 +277,12 @@ TEST(VerifyLoop, NeverClosesToTheNextBay) {
       scene.wander(sigma);
       const Pose T_drift = frame(0.5, Vec3(drift, 0, 0)), T_now = frame(0, Vec3(3, 0, 0));
       scene.see(world, T_drift * T_now, T_drift, sigma / std::sqrt(3.0), around(3));
-      const auto question = scene.candidate();
-      ASSERT_TRUE(question);
-      const LoopVerification answer = verifyLoop(*question, {}, scene.config);
-      if (answer.alignment.accepted) {
+      const auto candidate = scene.candidate();
+      ASSERT_TRUE(candidate);
+      const LoopVerification found = verifyLoop(*candidate, {}, kConfig);
+      if (found.alignment.accepted) {
         ++accepted;
-        EXPECT_LT(localCoordinates(answer.loop.T_a_b, T_now).head<3>().norm(), 0.3) << sigma << ", " << drift;
+        EXPECT_LT(localCoordinates(found.loop.T_a_b, T_now).head<3>().norm(), 0.3) << sigma << ", " << drift;
       }
     }
   }

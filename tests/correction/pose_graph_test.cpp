@@ -15,12 +15,6 @@ namespace {
 constexpr double kStepSigma = 0.02, kStepTurn = 0.003, kLoopSigma = 0.05, kLoopTurn = 0.01;  // m, rad
 constexpr int kSide = 25;                                                                    // steps of 2 m
 
-Mat6 informationOf(double sigma, double sigma_turn) {
-  Vec6 deviations;
-  deviations << Vec3::Constant(sigma), Vec3::Constant(sigma_turn);
-  return deviations.cwiseAbs2().cwiseInverse().asDiagonal();
-}
-
 Vec6 poseNoise(std::mt19937& random, double sigma, double sigma_turn) {
   std::normal_distribution<double> normal(0, 1);
   Vec6 xi;
@@ -44,24 +38,24 @@ std::vector<Pose> squares(int rounds) {
   return poses;
 }
 
-PoseGraphEdge edgeBetween(const std::vector<Pose>& truth, int a, int b, bool loop) {
+BetweenConstraint constraintBetween(const std::vector<Pose>& truth, int a, int b, bool is_loop) {
   const Pose T_a_b = truth[static_cast<std::size_t>(a)].inverse() * truth[static_cast<std::size_t>(b)];
-  return {a, b, T_a_b, loop ? informationOf(kLoopSigma, kLoopTurn) : informationOf(kStepSigma, kStepTurn), loop};
+  return {a, b, T_a_b, is_loop ? kLoopSigma : kStepSigma, is_loop ? kLoopTurn : kStepTurn, is_loop};
 }
 
 struct Drive {
   std::vector<Pose> truth, drifted;
-  std::vector<PoseGraphEdge> edges;
+  std::vector<BetweenConstraint> constraints;
 };
 
 /// A chain with noise, and poses that have drifted along it.
 Drive noisyDrive(std::mt19937& random, int rounds) {
   Drive drive{squares(rounds), {Pose::Identity()}, {}};
   for (int k = 1; k < static_cast<int>(drive.truth.size()); ++k) {
-    PoseGraphEdge step = edgeBetween(drive.truth, k - 1, k, false);
+    BetweenConstraint step = constraintBetween(drive.truth, k - 1, k, false);
     step.T_a_b = retract(step.T_a_b, poseNoise(random, kStepSigma, kStepTurn));
     drive.drifted.push_back(drive.drifted.back() * step.T_a_b);
-    drive.edges.push_back(step);
+    drive.constraints.push_back(step);
   }
   return drive;
 }
@@ -70,9 +64,9 @@ Drive noisyDrive(std::mt19937& random, int rounds) {
 void addTrueLoops(std::mt19937& random, int count, Drive& drive) {
   for (int k = 0; k < count; ++k) {
     const int a = k * 4 * kSide / count;
-    PoseGraphEdge loop = edgeBetween(drive.truth, a, a + 4 * kSide, true);
+    BetweenConstraint loop = constraintBetween(drive.truth, a, a + 4 * kSide, true);
     loop.T_a_b = retract(loop.T_a_b, poseNoise(random, kLoopSigma, kLoopTurn));
-    drive.edges.push_back(loop);
+    drive.constraints.push_back(loop);
   }
 }
 
@@ -105,14 +99,14 @@ void expectSameBytes(const std::vector<Pose>& a, const std::vector<Pose>& b) {
 TEST(PoseGraph, RecoversADriftedSquareFromAnExactLoop) {
   std::mt19937 random(1);
   Drive drive = noisyDrive(random, 1);
-  drive.edges.clear();
+  drive.constraints.clear();
   const int last = static_cast<int>(drive.truth.size()) - 1;
   for (int k = 1; k <= last; ++k) {
-    drive.edges.push_back(edgeBetween(drive.truth, k - 1, k, false));
+    drive.constraints.push_back(constraintBetween(drive.truth, k - 1, k, false));
   }
-  drive.edges.push_back(edgeBetween(drive.truth, 0, last, true));
+  drive.constraints.push_back(constraintBetween(drive.truth, 0, last, true));
   ASSERT_GT(furthestApart(drive.drifted, drive.truth), 0.5);
-  const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.edges);
+  const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.constraints);
   EXPECT_TRUE(solution.converged);
   EXPECT_LT(solution.cost_after, 1e-9);
   EXPECT_EQ(solution.loop_weights, std::vector<double>{1});
@@ -127,7 +121,7 @@ TEST(PoseGraph, SpreadsTheDriftOfANoisyChain) {
   for (int run = 0; run < 20; ++run) {
     Drive drive = noisyDrive(random, 2);
     addTrueLoops(random, 10, drive);
-    const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.edges);
+    const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.constraints);
     EXPECT_TRUE(solution.converged);
     EXPECT_LT(solution.cost_after, solution.cost_before);
     EXPECT_GT(*std::min_element(solution.loop_weights.begin(), solution.loop_weights.end()), 0.5);
@@ -142,13 +136,13 @@ TEST(PoseGraph, TakesAFalseLoopAmongTenTrueOnesForWhatItIs) {
   for (int run = 0; run < 50; ++run) {
     Drive drive = noisyDrive(random, 2);
     addTrueLoops(random, 10, drive);
-    const PoseGraphSolution without = solvePoseGraph(drive.drifted, drive.edges);
+    const PoseGraphSolution without = solvePoseGraph(drive.drifted, drive.constraints);
     const int count = static_cast<int>(drive.truth.size());
     const int a = static_cast<int>(below(random, 100)), b = a + 30 + static_cast<int>(below(random, 60));
-    PoseGraphEdge lie = edgeBetween(drive.truth, a, std::min(b, count - 1), true);
+    BetweenConstraint lie = constraintBetween(drive.truth, a, std::min(b, count - 1), true);
     lie.T_a_b = randomPose(random, 3);  // "the same place"
-    drive.edges.push_back(lie);
-    const PoseGraphSolution with = solvePoseGraph(drive.drifted, drive.edges);
+    drive.constraints.push_back(lie);
+    const PoseGraphSolution with = solvePoseGraph(drive.drifted, drive.constraints);
     ASSERT_EQ(with.loop_weights.size(), 11U);
     EXPECT_LT(with.loop_weights[10], 0.1) << run;
     EXPECT_LE(furthestApart(with.poses, without.poses), 0.05) << run;
@@ -164,9 +158,9 @@ TEST(PoseGraph, KeepsThePosesOfOtherComponents) {
   for (int k = 0; k < 3; ++k) {
     drive.drifted.push_back(randomPose(random, 100));
   }
-  drive.edges.push_back({first, first + 1, randomPose(random, 5), Mat6::Identity(), false});
-  drive.edges.push_back({first + 1, first + 2, randomPose(random, 5), Mat6::Identity(), true});
-  const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.edges);
+  drive.constraints.push_back({first, first + 1, randomPose(random, 5), 1, 1, false});
+  drive.constraints.push_back({first + 1, first + 2, randomPose(random, 5), 1, 1, true});
+  const PoseGraphSolution solution = solvePoseGraph(drive.drifted, drive.constraints);
   EXPECT_TRUE(solution.converged);
   EXPECT_EQ(solution.loop_weights.size(), 6U);
   EXPECT_GT((solution.poses[connected - 1].translation() - drive.drifted[connected - 1].translation()).norm(), 1e-3);
@@ -183,7 +177,7 @@ TEST(PoseGraph, OfNothingOrOnePoseIsItself) {
   expectSameBytes(solvePoseGraph(one, {}).poses, one);
   const std::vector<Pose> apart{randomPose(random, 10), randomPose(random, 10), randomPose(random, 10)};
   expectSameBytes(solvePoseGraph(apart, {}).poses, apart);
-  const std::vector<PoseGraphEdge> elsewhere{{1, 2, Pose::Identity(), Mat6::Identity(), false}};
+  const std::vector<BetweenConstraint> elsewhere{{1, 2, Pose::Identity(), 1, 1, false}};
   expectSameBytes(solvePoseGraph(apart, elsewhere).poses, apart);
 }
 
@@ -191,8 +185,8 @@ TEST(PoseGraph, GivesTheSameBytesTwice) {
   std::mt19937 random(7);
   Drive drive = noisyDrive(random, 2);
   addTrueLoops(random, 10, drive);
-  const PoseGraphSolution a = solvePoseGraph(drive.drifted, drive.edges),
-                          b = solvePoseGraph(drive.drifted, drive.edges);
+  const PoseGraphSolution a = solvePoseGraph(drive.drifted, drive.constraints),
+                          b = solvePoseGraph(drive.drifted, drive.constraints);
   expectSameBytes(a.poses, b.poses);
   EXPECT_EQ(a.loop_weights, b.loop_weights);
 }

@@ -11,8 +11,9 @@ namespace hgg {
 namespace {
 
 constexpr ClassId kPole = 80;
-constexpr double kKappa = 200;                          // points of a view
+constexpr double kKappa = 200;                          // points of an observation
 constexpr double kMoveSigma = 0.08, kTurnSigma = 0.01;  // m, rad, from one keyframe to the next
+constexpr double kLeafSize = 0.4;                       // m
 
 Pose offBy(std::mt19937& random, double sigma, double sigma_turn) {
   std::normal_distribution<double> normal(0, 1);
@@ -89,7 +90,7 @@ struct DriftingDrive {
   }
 };
 
-Alignment heldByTheMap() {
+Alignment alignedByLeaves() {
   Alignment alignment;
   alignment.leaf_pairs = 500;
   return alignment;
@@ -101,37 +102,37 @@ bool isFinite(const MapCorrection& correction) {
 
 TEST(PoseWindow, HasNothingToSolveWithFewerThanTwoKeyframes) {
   DriftingDrive drive(3, 12);
-  EXPECT_FALSE(drive.window.solve(drive.map, {}));
+  EXPECT_FALSE(drive.window.solve(drive.map, kLeafSize, {}));
   drive.add(0);
-  EXPECT_FALSE(drive.window.solve(drive.map, {}));
+  EXPECT_FALSE(drive.window.solve(drive.map, kLeafSize, {}));
 }
 
-TEST(PoseWindow, LeavesPosesAloneWhileTheMapHoldsTheNewest) {
+TEST(PoseWindow, LeavesPosesAloneWhileLeavesAlignTheNewest) {
   DriftingDrive drive(5, 12);
   for (int k = 0; k < 4; ++k) {
     drive.add(k);
   }
-  EXPECT_TRUE(drive.window.solve(drive.map, {}));
-  drive.add(4, heldByTheMap());
-  EXPECT_FALSE(drive.window.solve(drive.map, {}));
+  EXPECT_TRUE(drive.window.solve(drive.map, kLeafSize, {}));
+  drive.add(4, alignedByLeaves());
+  EXPECT_FALSE(drive.window.solve(drive.map, kLeafSize, {}));
 }
 
-TEST(PoseWindow, LeavesAPoseAloneThatTheMapHoldsInSomeDirectionsOnly) {
+TEST(PoseWindow, LeavesAPoseAloneThatLeavesAlignInSomeDirectionsOnly) {
   DriftingDrive drive(5, 12);
   for (int k = 0; k < 4; ++k) {
     drive.add(k);
   }
-  Alignment along_a_wall = heldByTheMap();
+  Alignment along_a_wall = alignedByLeaves();
   along_a_wall.degenerate_directions.push_back(Vec6::Unit(0));
   drive.add(4, along_a_wall);
-  EXPECT_FALSE(drive.window.solve(drive.map, {}));
+  EXPECT_FALSE(drive.window.solve(drive.map, kLeafSize, {}));
 }
 
 TEST(PoseWindow, ObjectsBringPosesThatDriftCloserToTheTruth) {
   DriftingDrive drive(10, 12);
   drive.addAll();
   const double before = drive.error();
-  const auto correction = drive.window.solve(drive.map, {});
+  const auto correction = drive.window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(correction);
   EXPECT_EQ(correction->moved.size(), 10U);
   EXPECT_TRUE(correction->loops.empty());
@@ -152,7 +153,7 @@ TEST(PoseWindow, AnObjectThatWasMadeInTheWindowHoldsNoPose) {
       node.anchor = 0;  // the first keyframe of the window
     }
     drive.map = Map::restore(nodes, drive.map.keyframes(), {}, 1);
-    found.push_back(drive.addAll().window.solve(drive.map, {}).value_or(MapCorrection{}));
+    found.push_back(drive.addAll().window.solve(drive.map, kLeafSize, {}).value_or(MapCorrection{}));
   }
   ASSERT_EQ(found[0].moved.size(), 10U);
   ASSERT_EQ(found[1].moved.size(), 10U);
@@ -172,7 +173,7 @@ TEST(PoseWindow, AnObjectFromBeforeTheWindowPullsWhatSeesItToIt) {
       node.anchor = anchor;
     }
     drive.map = Map::restore(nodes, drive.map.keyframes(), {}, 1);
-    const auto correction = drive.addAll().window.solve(drive.map, {});
+    const auto correction = drive.addAll().window.solve(drive.map, kLeafSize, {});
     ASSERT_TRUE(correction);
     height[anchor + 1] = correction->moved.back().second.translation().z();
   }
@@ -180,12 +181,12 @@ TEST(PoseWindow, AnObjectFromBeforeTheWindowPullsWhatSeesItToIt) {
   EXPECT_LT(std::abs(height[1]), 0.1);
 }
 
-TEST(PoseWindow, TiesFollowTheWindowAndLoopsDoNot) {
+TEST(PoseWindow, ConstraintsFollowTheWindowAndLoopsDoNot) {
   DriftingDrive drive(10, 12);
   KeyframeGraph graph = drive.map.keyframes();
   graph.connect({2, 7, Pose::Identity(), 0.1, 0.01, true});
   drive.map = Map::restore(drive.poles, graph, {}, 1);
-  const auto correction = drive.addAll().window.solve(drive.map, {});
+  const auto correction = drive.addAll().window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(correction);
   drive.map.apply(*correction);
   const KeyframeGraph& after = drive.map.keyframes();
@@ -199,7 +200,7 @@ TEST(PoseWindow, TiesFollowTheWindowAndLoopsDoNot) {
 TEST(PoseWindow, ForgetsKeyframesOlderThanTen) {
   DriftingDrive drive(14, 12);
   drive.addAll();
-  const auto correction = drive.window.solve(drive.map, {});
+  const auto correction = drive.window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(correction);
   ASSERT_EQ(correction->moved.size(), 10U);
   EXPECT_EQ(correction->moved.front().first, 4);
@@ -208,7 +209,7 @@ TEST(PoseWindow, ForgetsKeyframesOlderThanTen) {
 
 TEST(PoseWindow, ACorrectionChangesNoLeafInsideAnyObject) {
   DriftingDrive drive(10, 12);
-  const auto correction = drive.addAll().window.solve(drive.map, {});
+  const auto correction = drive.addAll().window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(correction);
   const Map before = drive.map;
   const MapDelta delta = drive.map.apply(*correction);
@@ -229,11 +230,10 @@ TEST(PoseWindow, NodesThatAreGoneAreLeftOut) {
   without.addAll(4);
   for (Map* map : {&drive.map, &without.map}) {
     MapUpdate update;
-    update.pose = map->keyframes().poses().back();
     update.removed = {1, 2, 3, 4};
     map->apply(std::move(update));
   }
-  const auto a = drive.window.solve(drive.map, {}), b = without.window.solve(without.map, {});
+  const auto a = drive.window.solve(drive.map, kLeafSize, {}), b = without.window.solve(without.map, kLeafSize, {});
   ASSERT_TRUE(a && b);
   ASSERT_EQ(a->moved.size(), b->moved.size());
   for (std::size_t k = 0; k < a->moved.size(); ++k) {
@@ -252,22 +252,22 @@ TEST(PoseWindow, StuffMovesNoPose) {
   for (int k = 0; k < 3; ++k) {
     drive.window.add(drive.map, k, road, alignment);
   }
-  EXPECT_FALSE(drive.window.solve(drive.map, {}));
+  EXPECT_FALSE(drive.window.solve(drive.map, kLeafSize, {}));
 }
 
-TEST(PoseWindow, WithoutObjectsOrTiesIsFinite) {
-  DriftingDrive tied(4, 0);
-  EXPECT_FALSE(tied.addAll().window.solve(tied.map, {})) << "poses lie as they were measured";
-  tied.map.apply(MapCorrection{{{2, Pose::Identity()}}, {}});
-  const auto back = tied.window.solve(tied.map, {});
+TEST(PoseWindow, WithoutObjectsOrConstraintsIsFinite) {
+  DriftingDrive drive(4, 0);
+  EXPECT_FALSE(drive.addAll().window.solve(drive.map, kLeafSize, {})) << "poses lie as they were measured";
+  drive.map.apply(MapCorrection{{{2, Pose::Identity()}}, {}});
+  const auto back = drive.window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(back);
   EXPECT_TRUE(isFinite(*back));
 
   KeyframeGraph loose;
   for (int k = 0; k < 4; ++k) {
-    loose.add({k, tied.truth[static_cast<std::size_t>(k)]});
+    loose.add({k, drive.truth[static_cast<std::size_t>(k)]});
   }
-  const auto adrift = tied.window.solve(Map::restore({}, loose, {}, 1), {});
+  const auto adrift = drive.window.solve(Map::restore({}, loose, {}, 1), kLeafSize, {});
   EXPECT_TRUE(!adrift || isFinite(*adrift));
 }
 
@@ -275,9 +275,9 @@ TEST(PoseWindow, ARobotAtRestGetsAFiniteAnswer) {
   DriftingDrive drive(10, 12, 0, 0, 0);
   std::mt19937 random(2);
   for (Pose& T : drive.truth) {
-    T = offBy(random, 0.02, 0.002);  // each view is off by a little
+    T = offBy(random, 0.02, 0.002);  // each observation is off by a little
   }
-  const auto correction = drive.addAll().window.solve(drive.map, {});
+  const auto correction = drive.addAll().window.solve(drive.map, kLeafSize, {});
   ASSERT_TRUE(correction);
   ASSERT_TRUE(isFinite(*correction));
   for (const auto& [id, T] : correction->moved) {
@@ -288,7 +288,7 @@ TEST(PoseWindow, ARobotAtRestGetsAFiniteAnswer) {
 
 TEST(PoseWindow, SolvesTheSameTwice) {
   DriftingDrive a(10, 12), b(10, 12);
-  const auto of_a = a.addAll().window.solve(a.map, {}), of_b = b.addAll().window.solve(b.map, {});
+  const auto of_a = a.addAll().window.solve(a.map, kLeafSize, {}), of_b = b.addAll().window.solve(b.map, kLeafSize, {});
   ASSERT_TRUE(of_a && of_b);
   for (std::size_t k = 0; k < of_a->moved.size(); ++k) {
     EXPECT_EQ(of_a->moved[k].second.matrix(), of_b->moved[k].second.matrix());

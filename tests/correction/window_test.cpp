@@ -68,7 +68,7 @@ WindowProblem exactProblem(const World& world) {
     const Pose& T = world.poses[static_cast<std::size_t>(m)];
     if (m > 0) {
       const Pose T_a_b = world.poses[static_cast<std::size_t>(m) - 1].inverse() * T;
-      problem.motions.push_back({m - 1, m, T_a_b, informationOf(kMoveSigma, kTurnSigma)});
+      problem.constraints.push_back({m - 1, m, T_a_b, kMoveSigma, kTurnSigma, false});
     }
     for (int i = 0; i < static_cast<int>(world.objects.size()); ++i) {
       problem.observations.push_back({m, i, transform(T.inverse(), world.objects[static_cast<std::size_t>(i)])});
@@ -114,8 +114,8 @@ WindowProblem noisyProblem(std::mt19937& random, const World& world, const Windo
   WindowProblem problem = exactProblem(world);
   problem.oldest = {retract(world.poses[0], poseNoise(random, kMoveSigma, kTurnSigma)),
                     informationOf(kMoveSigma, kTurnSigma)};
-  for (RelativeMotion& motion : problem.motions) {
-    motion.T_a_b = retract(motion.T_a_b, poseNoise(random, kMoveSigma, kTurnSigma));
+  for (BetweenConstraint& e : problem.constraints) {
+    e.T_a_b = retract(e.T_a_b, poseNoise(random, kMoveSigma, kTurnSigma));
   }
   for (WindowObservation& o : problem.observations) {
     o.belief_body = drawn(random, o.belief_body, 1, config);
@@ -127,7 +127,7 @@ WindowProblem noisyProblem(std::mt19937& random, const World& world, const Windo
   }
   problem.poses[0] = problem.oldest.T_map_body;
   for (std::size_t m = 1; m < problem.poses.size(); ++m) {
-    problem.poses[m] = problem.poses[m - 1] * problem.motions[m - 1].T_a_b;
+    problem.poses[m] = problem.poses[m - 1] * problem.constraints[m - 1].T_a_b;
   }
   return problem;
 }
@@ -311,7 +311,7 @@ TEST(Window, FlatExtentsNeitherGrowNorBreakWindowAfterWindow) {
   }
 }
 
-TEST(Window, WithoutObjectsFollowsTheMotions) {
+TEST(Window, WithoutObjectsFollowsTheConstraints) {
   std::mt19937 random(9);
   const World world = randomWorld(random, 5, 0);
   WindowProblem problem = exactProblem(world);
@@ -358,8 +358,10 @@ TEST(Window, PassesOverWhatSaysNothing) {
   problem.observations.push_back({0, 1, {Vec3::Zero(), 1e300 * Mat3::Identity(), 1e-300}});
   problem.observations.push_back({7, 1, clean.observations[0].belief_body});
   problem.observations.push_back({0, -1, clean.observations[0].belief_body});
-  problem.motions.push_back({1, 1, Pose::Identity(), Mat6::Identity()});
-  problem.motions.push_back({1, 9, Pose::Identity(), Mat6::Identity()});
+  problem.constraints.push_back({1, 1, Pose::Identity(), 1, 1, false});
+  problem.constraints.push_back({1, 9, Pose::Identity(), 1, 1, false});
+  problem.constraints.push_back({0, 1, Pose::Identity(), 0, 1, false});
+  problem.constraints.push_back({0, 1, Pose::Identity(), 1, NAN, false});
   const WindowSolution expected = solveWindow(clean, {}), solution = solveWindow(problem, {});
   ASSERT_TRUE(solution.usable);
   EXPECT_EQ(solution.poses[2].matrix(), expected.poses[2].matrix());
@@ -386,7 +388,7 @@ TEST(Window, IsNotUsableWhereNothingHoldsThePose) {
   EXPECT_FALSE(solveWindow({}, {}).usable);
   WindowProblem unknown = exactProblem(world);
   unknown.oldest.information.setZero();
-  unknown.motions.clear();
+  unknown.constraints.clear();
   unknown.observations.clear();
   const WindowSolution solution = solveWindow(unknown, {});
   EXPECT_FALSE(solution.usable);

@@ -25,9 +25,10 @@ StoredMap sample() {
     addLeaf(car, packLeaf({randomVector(random, 1), randomSpd(random, 1e-3), 14}));
   }
   MapUpdate update;
-  update.pose.utime_us = 5;
-  update.pose.T_map_body.linear() = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()).toRotationMatrix();
-  update.pose.T_map_body.translation() = Vec3(7, 8, 9);
+  update.keyframe = NewKeyframe{};
+  update.keyframe->pose.utime_us = 5;
+  update.keyframe->pose.T_map_body.linear() = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()).toRotationMatrix();
+  update.keyframe->pose.T_map_body.translation() = Vec3(7, 8, 9);
   update.created = {car, tileNode(40, {0, 0, 0}, Vec3(-4, 0, 0)), nodeAt(99, Vec3(0, 0, 0))};
   StoredMap stored;
   stored.map.setClassNames({{10, "car"}, {40, "road"}});

@@ -23,8 +23,8 @@ Pose at(double x) {
   return T;
 }
 
-/// The tie of what is to be the next keyframe of a map to the one before it.
-std::vector<BetweenConstraint> tiesOfNext(const Map& map) {
+/// The constraint of what is to be the next keyframe of a map to the one before it.
+std::vector<BetweenConstraint> constraintsOfNext(const Map& map) {
   const KeyframeId last = map.keyframes().last();
   return last < 0 ? std::vector<BetweenConstraint>()
                   : std::vector<BetweenConstraint>{{last, -1, at(2), 0.02, 0.001, false}};
@@ -37,13 +37,12 @@ Map sampleMap(unsigned seed, int nodes) {
   map.setClassNames({{10, "car"}, {40, "road"}, {65535, "\xc3\xa9toile"}});
   for (int k = 0; k < nodes; ++k) {
     MapUpdate update;
-    update.pose = {1000 * k, randomPose(random, 20)};
-    update.constraints = tiesOfNext(map);
+    update.keyframe = keyframeIfNeeded(map, {1000 * k, randomPose(random, 20)}, constraintsOfNext(map));
     update.created.push_back(k % 4 == 3 ? tileNode(40, {k, -k, 1}, randomVector(random, 50)) : randomNode(random, 50));
     map.apply(std::move(update));
   }
   MapUpdate update;
-  update.constraints = tiesOfNext(map);
+  update.keyframe = keyframeIfNeeded(map, {}, constraintsOfNext(map));
   update.removed = {static_cast<NodeId>(nodes)};
   map.apply(std::move(update));
   return map;

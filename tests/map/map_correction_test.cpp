@@ -22,13 +22,13 @@ Pose at(double x, double y = 0, double yaw_deg = 0) {
   return T;
 }
 
-/// A new keyframe at `T` with a tie to the last one, and what it makes.
+/// A new keyframe at `T` with a constraint to the last one, and what it makes.
 MapUpdate keyframeAt(const Map& map, const Pose& T, std::vector<MapNode> created, double sigma = 0.02) {
   MapUpdate update;
-  update.pose = {1000 * (map.keyframes().last() + 1), T};
+  update.keyframe = NewKeyframe{{1000 * (map.keyframes().last() + 1), T}, {}};
   if (map.keyframes().last() >= 0) {
     const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T;
-    update.constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 0.04 * M_PI / 180, false}};
+    update.keyframe->constraints = {{map.keyframes().last(), -1, T_last_body, sigma, 0.04 * M_PI / 180, false}};
   }
   update.created = std::move(created);
   return update;
@@ -242,10 +242,10 @@ TEST(MapReach, ALoopWakesExactlyTheNodesThatItBringsWithinReach) {
   EXPECT_TRUE(delta.moved.empty());
 }
 
-TEST(MapReach, ATieOfANewKeyframeWakesTooButNotWhatTheSameUpdateTakesAway) {
+TEST(MapReach, AConstraintOfANewKeyframeWakesTooButNotWhatTheSameUpdateTakesAway) {
   Map map = drive(30, 0.1);
   MapUpdate update = keyframeAt(map, at(150), {nodeAt(kCar, Vec3(150, 4, 0))});
-  update.constraints.push_back({2, -1, at(140), 0.03, 0.001, false});
+  update.keyframe->constraints.push_back({2, -1, at(140), 0.03, 0.001, false});
   const std::vector<NodeId> there = anchoredTo(map, 2);
   update.removed = {there[0]};
   const MapDelta delta = map.apply(std::move(update));
@@ -330,7 +330,7 @@ MapUpdate randomUpdate(std::mt19937& random, const Map& map) {
   MapUpdate update = keyframeAt(map, at(t.x(), t.y(), 10 * t.z()), {}, uniform(random, 0.01, 0.2));
   if (below(random, 4) == 0 && map.keyframes().last() > 0) {
     const auto old = static_cast<KeyframeId>(below(random, static_cast<std::uint32_t>(map.keyframes().last())));
-    update.constraints.push_back({old, -1, at(2), 0.05, 0.002, false});
+    update.keyframe->constraints.push_back({old, -1, at(2), 0.05, 0.002, false});
   }
   for (std::uint32_t n = below(random, 6); n > 0; --n) {
     const Vec3 p = randomVector(random, 60);

@@ -19,10 +19,11 @@ Pose at(double x, double yaw_deg = 0) {
   return T;
 }
 
-MapUpdate poseAt(Micros utime_us, const Pose& T) {
+/// A frame at a pose that becomes a keyframe where the map needs one.
+void applyFrame(Map& map, Micros utime_us, const Pose& T) {
   MapUpdate update;
-  update.pose = {utime_us, T};
-  return update;
+  update.keyframe = keyframeIfNeeded(map, {utime_us, T});
+  map.apply(std::move(update));
 }
 
 std::vector<NodeId> nearByBruteForce(const Map& map, const Vec3& centre, double radius) {
@@ -163,19 +164,36 @@ TEST(Map, LeafCountFollowsEveryChange) {
   }
 }
 
+TEST(Map, AddsAKeyframeExactlyWhenTheUpdateHasOne) {
+  Map map;
+  for (const bool has_keyframe : {false, true, true, false}) {  // one place: the map does not decide
+    const std::size_t before = map.keyframes().poses().size();
+    MapUpdate update;
+    update.created = {nodeAt(kCar, Vec3(0, 0, 0))};
+    if (has_keyframe) {
+      update.keyframe = NewKeyframe{{5, at(1)}, {}};
+    }
+    const NodeId id = map.apply(std::move(update)).changed.at(0);
+    EXPECT_EQ(map.keyframes().poses().size(), before + (has_keyframe ? 1 : 0));
+    EXPECT_EQ(map.find(id)->anchor, map.keyframes().last());
+  }
+  EXPECT_EQ(map.keyframes().poses()[1].utime_us, 5);
+  EXPECT_EQ(map.keyframes().poses()[1].T_map_body.matrix(), at(1).matrix());
+}
+
 TEST(Map, KeepsAKeyframeEveryTwoMetresOrTwentyDegrees) {
   Map map;
   Micros t = 0;
   for (int k = 0; k <= 80; ++k) {
-    map.apply(poseAt(t++, at(0.125 * k)));  // 10 m
+    applyFrame(map, t++, at(0.125 * k));  // 10 m
   }
   EXPECT_EQ(map.keyframes().poses().size(), 6U);
   for (int k = 1; k <= 12; ++k) {
-    map.apply(poseAt(t++, at(10, 7 * k)));  // 84 degrees, a keyframe every third step
+    applyFrame(map, t++, at(10, 7 * k));  // 84 degrees, a keyframe every third step
   }
   EXPECT_EQ(map.keyframes().poses().size(), 10U);
   for (int rest = 0; rest < 1000; ++rest) {
-    map.apply(poseAt(t++, at(10, 84)));
+    applyFrame(map, t++, at(10, 84));
   }
   EXPECT_EQ(map.keyframes().poses().size(), 10U);
   EXPECT_EQ(map.keyframes().poses()[1].utime_us, 16);

@@ -77,7 +77,7 @@ void expectNothing(const MapUpdate& update) {
   EXPECT_TRUE(update.created.empty());
   EXPECT_TRUE(update.removed.empty());
   EXPECT_TRUE(update.evidence.empty());
-  EXPECT_TRUE(update.constraints.empty());
+  EXPECT_FALSE(update.keyframe);
 }
 
 TEST(MergeDuplicates, TwoCopiesOfAPlaceEndAsOneWithTheEvidenceOfBoth) {
@@ -216,16 +216,18 @@ TEST(MergeDuplicates, WhatSleepsIsNotMergedWith) {
   Map map;
   map.setDriftReach(0.1);
   MapUpdate first;
+  first.keyframe = NewKeyframe{};
   first.created = {carNode(Vec3(0, 0, 0.7)), roadNode(Vec3(0, 0, 0), 10)};
   map.apply(first);
   MapUpdate second;
-  second.pose.T_map_body.translation() = Vec3(3, 0, 0);
-  second.constraints = {{0, -1, second.pose.T_map_body, 1, 0.1, false}};
+  Pose T = Pose::Identity();
+  T.translation() = Vec3(3, 0, 0);
+  second.keyframe = NewKeyframe{{0, T}, {{0, -1, T, 1, 0.1, false}}};
   second.created = first.created;
   map.apply(second);
   ASSERT_FALSE(map.isActive(*map.find(1)));
   expectNothing(merged(map, {3, 4}));
-  map.apply(MapCorrection{{}, {{0, 1, second.pose.T_map_body, 0.01, 0.001, true}}});
+  map.apply(MapCorrection{{}, {{0, 1, T, 0.01, 0.001, true}}});
   const MapUpdate update = merged(map, {1, 2});
   EXPECT_EQ(update.removed.size(), 2U);
 }

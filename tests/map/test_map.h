@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "map/file.h"
@@ -35,10 +37,18 @@ inline MapNode tileNode(ClassId label, const Tile& tile, const Vec3& mean, doubl
   return node;
 }
 
-/// A map of these nodes; ids are 1, 2, ... in their order.
+/// `pose` as a new keyframe of the map where that needs one, as the corrector decides it.
+inline std::optional<NewKeyframe> keyframeIfNeeded(const Map& map, const TimedPose& pose,
+                                                   std::vector<BetweenConstraint> constraints = {}) {
+  return map.keyframes().needsOne(pose.T_map_body) ? std::optional(NewKeyframe{pose, std::move(constraints)})
+                                                   : std::nullopt;
+}
+
+/// A map of these nodes, anchored to one keyframe at the origin; ids are 1, 2, ... in their order.
 inline Map mapOf(std::vector<MapNode> nodes) {
   Map map;
   MapUpdate update;
+  update.keyframe = NewKeyframe{};
   update.created = std::move(nodes);
   map.apply(std::move(update));
   return map;

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "alignment/align.h"
+#include "config.h"
+#include "core/classes.h"
+#include "correction/between.h"
+#include "correction/geometry_window.h"
+#include "correction/loop_closer.h"
+#include "correction/pose_window.h"
+#include "map/local_graph.h"
+#include "map/map.h"
+
+namespace hgg {
+
+/// What correction came to.
+struct Correction {
+  MapDelta delta;   // of all that was applied, the map update before it included
+  PoseBelief pose;  // of the present frame: it moves rigidly with the last keyframe
+};
+
+/// The correction stage. It decides which frames become keyframes, and at each keyframe corrects the map in turn by
+///   the pose window     (eq. fgo):           poses of the last keyframes,
+///   the geometry window (eqs e-step, m-step): leaves of the nodes they saw,
+///   loop closure:                            poses of all keyframes.
+/// Nodes that a correction or a keyframe has brought together are merged, a bounded number of them a frame.
+///
+/// Each correction is computed on the map as the one before it has left it: EM, for one, lays the points of the window
+/// where the pose window has put them. So correct() is given the map itself and not a copy of it, and applies what its
+/// parts return; like everyone it changes the map through Map::apply() only.
+class Corrector {
+ public:
+  Corrector(const Config& config, const ClassTable& classes, LoopTiming timing);
+
+  /// Describes the places of a stored map. Call it before the first frame, while all of the map is active.
+  void start(const Map& stored);
+
+  /// Whether an aligned frame becomes a keyframe, and with which constraints. Call it once for each frame, before the
+  /// map update that carries it. T_last_body is the motion since the last frame; `is_jump`: odometry gave no usable
+  /// one.
+  std::optional<NewKeyframe> decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,
+                                            const Pose& T_last_body, bool is_jump);
+
+  /// Corrects the map after a frame's update, `updated` being what that changed. Without a keyframe only pending merges
+  /// are worked off.
+  Correction correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local, const Alignment& alignment);
+
+  /// At the end of a drive, before the map is stored: waits for the loop that is being verified and works off all
+  /// pending merges. `pose` is that of the last frame.
+  Correction finish(Map& map, const PoseBelief& pose);
+
+  const LoopCloser& loops() const { return loops_; }
+
+ private:
+  void refinePoses(Map& map, const LocalGraph& local, const Alignment& alignment, Correction& correction);
+  void refineLeaves(Map& map, const LocalGraph& local, const Alignment& alignment, Correction& correction);
+  /// Applies a correction and merges what it has brought together.
+  void apply(Map& map, const MapCorrection& moves, Correction& correction);
+  /// Notes the nodes that `delta` has brought together with others, and merges the first of all that wait.
+  void mergePending(Map& map, const MapDelta& delta, Correction& correction);
+
+  Config config_;
+  ClassTable classes_;
+  PoseWindow pose_window_;
+  GeometryWindow geometry_window_;
+  LoopCloser loops_;
+  Travel travel_;                       // since the last keyframe
+  int frames_ = 0;                      // since the last keyframe
+  std::vector<NodeId> pending_merges_;  // ascending
+};
+
+}  // namespace hgg
