@@ -73,11 +73,11 @@ std::string explainMismatch(const Map& map, const Config& config, const ClassTab
   return {};
 }
 
-Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
+Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing, PageStore pages)
     : config_(std::move(config)),
       classes_(std::move(classes)),
       map_(std::move(map)),
-      corrector_(config_, classes_, timing) {
+      corrector_(config_, classes_, timing, std::move(pages)) {
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
   corrector_.start(map_);
@@ -91,6 +91,7 @@ StepReport Mapper::step(const Frame& frame) {
   StageClock clock(report.stage_ms);
   const std::optional<PoseBelief> propagated = propagate(frame.T_odom_body);
   const PoseBelief prior = propagated ? *propagated : start(frame.T_odom_body);
+  const MapDelta back = corrector_.bringBackAround(map_, prior.T_map_body.translation());
 
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, classes_, config_);
   clock.lap("creation");
@@ -107,7 +108,7 @@ StepReport Mapper::step(const Frame& frame) {
   last_ = {correction.pose, frame.T_odom_body};
   T_map_odom_ = correction.pose.T_map_body * frame.T_odom_body.inverse();
   report.utime_us = frame.utime_us;
-  report.delta = std::move(correction.delta);
+  report.delta = joined(back, correction.delta);
   report.points = local.points.size();
   report.unknown_labels = local.unknown_labels;
   report.nonfinite_points = local.nonfinite_points;

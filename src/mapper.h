@@ -36,7 +36,8 @@ std::string explainMismatch(const Map& map, const Config& config, const ClassTab
 /// The paper's system figure: frame -> propagation -> creation -> alignment -> map update -> correction.
 class Mapper {
  public:
-  Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed);
+  /// `pages`: where parts of the map go that are far from the robot; all of it stays in memory without.
+  Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed, PageStore pages = {});
 
   StepReport step(const Frame& frame);
   /// At the end of a drive, before the map is stored: completes what correction is still at work on.

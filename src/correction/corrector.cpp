@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 #include "core/se3.h"
@@ -13,23 +14,6 @@ namespace {
 /// Nodes that are merged with what they lie on in one go: a few milliseconds' work.
 constexpr std::size_t kMostMerged = 200;
 
-/// What was done first and then, as one change. Each node is named once: as removed before as changed, and as changed
-/// before as moved.
-MapDelta joined(MapDelta first, const MapDelta& second) {
-  if (second.revision == 0) {
-    return first;
-  }
-  MapDelta both;
-  both.revision = second.revision;
-  std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
-  std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
-  std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
-  const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
-  std::erase_if(both.changed, isRemoved);
-  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
-  return both;
-}
-
 /// The belief after the map frame's part around it has been moved by a rigid transform.
 PoseBelief moved(const Pose& move, const PoseBelief& pose) {
   Mat6 rotation = Mat6::Zero();
@@ -39,15 +23,23 @@ PoseBelief moved(const Pose& move, const PoseBelief& pose) {
 
 }  // namespace
 
-Corrector::Corrector(const Config& config, const ClassTable& classes, LoopTiming timing)
+Corrector::Corrector(const Config& config, const ClassTable& classes, LoopTiming timing, PageStore pages)
     : config_(config),
       classes_(classes),
+      pages_(std::move(pages)),
       loops_(loopConfigOf(config.creation.tile_size, config.map.leaf_size), classes.similar(), timing) {}
 
 void Corrector::start(const Map& stored) {
   if (config_.correction.loop_closure) {
     loops_.start(stored);
   }
+}
+
+MapDelta Corrector::bringBackAround(Map& map, const Vec3& p_map) {
+  const double range = std::max(config_.map.active_radius, config_.frame.range_max);
+  MapDelta delta = bringBack(map, pages_, p_map, range + config_.creation.tile_size + config_.alignment.gate);
+  notePending(delta);
+  return delta;
 }
 
 std::optional<NewKeyframe> Corrector::decideKeyframe(const Map& map, const LocalGraph& local,
@@ -68,7 +60,8 @@ std::optional<NewKeyframe> Corrector::decideKeyframe(const Map& map, const Local
 Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local,
                               const Alignment& alignment) {
   Correction correction{updated, alignment.pose};
-  mergePending(map, updated, correction);
+  notePending(updated);
+  mergePending(map, correction);
   if (!is_keyframe) {
     return correction;
   }
@@ -79,21 +72,28 @@ Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, cons
     refineLeaves(map, local, alignment, correction);
   }
   if (config_.correction.loop_closure) {
-    if (const auto loop = loops_.step(map)) {
+    const auto bring_back = [&](const Vec3& centre, double radius) {
+      const MapDelta delta = bringBack(map, pages_, centre, radius);
+      notePending(delta);
+      correction.delta = joined(std::move(correction.delta), delta);
+    };
+    if (const auto loop = loops_.step(map, bring_back)) {
       apply(map, *loop, correction);
     }
   }
+  pageOutBeyond(map, pages_, correction.pose.T_map_body.translation(), pending_merges_);
   frames_ = 0;
   return correction;
 }
 
 Correction Corrector::finish(Map& map, const PoseBelief& pose) {
   Correction correction{{}, pose};
+  notePending(bringBack(map, pages_, Vec3::Zero(), std::numeric_limits<double>::infinity()));
   if (const auto loop = loops_.finish(map)) {
     apply(map, *loop, correction);
   }
   while (!pending_merges_.empty()) {
-    mergePending(map, {}, correction);
+    mergePending(map, correction);
   }
   return correction;
 }
@@ -120,15 +120,22 @@ void Corrector::apply(Map& map, const MapCorrection& moves, Correction& correcti
   const Pose T_map_keyframe = map.keyframes().poses().back().T_map_body;
   const MapDelta delta = map.apply(moves);
   correction.delta = joined(std::move(correction.delta), delta);
-  mergePending(map, delta, correction);
+  notePending(delta);
+  mergePending(map, correction);
   const Pose move = orthonormalized(map.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
   correction.pose = moved(move, correction.pose);
 }
 
-void Corrector::mergePending(Map& map, const MapDelta& delta, Correction& correction) {
-  std::vector<NodeId> found, waiting;
+void Corrector::notePending(const MapDelta& delta) {
+  std::vector<NodeId> found, all;
   std::ranges::set_union(delta.reactivated, delta.colliding, std::back_inserter(found));
-  std::ranges::set_union(pending_merges_, found, std::back_inserter(waiting));
+  std::ranges::set_union(pending_merges_, found, std::back_inserter(all));
+  pending_merges_ = std::move(all);
+}
+
+void Corrector::mergePending(Map& map, Correction& correction) {
+  std::vector<NodeId> waiting = std::move(pending_merges_);
+  pending_merges_.clear();
   if (waiting.empty()) {
     return;
   }

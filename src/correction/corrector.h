@@ -13,6 +13,7 @@
 #include "correction/pose_window.h"
 #include "map/local_graph.h"
 #include "map/map.h"
+#include "map/paging.h"
 
 namespace hgg {
 
@@ -33,10 +34,13 @@ struct Correction {
 /// parts return; like everyone it changes the map through Map::apply() only.
 class Corrector {
  public:
-  Corrector(const Config& config, const ClassTable& classes, LoopTiming timing);
+  Corrector(const Config& config, const ClassTable& classes, LoopTiming timing, PageStore pages = {});
 
   /// Describes the places of a stored map. Call it before the first frame, while all of the map is active.
   void start(const Map& stored);
+
+  /// Brings back what a frame at `p_map` may meet. Call it before the frame is aligned.
+  MapDelta bringBackAround(Map& map, const Vec3& p_map);
 
   /// Whether an aligned frame becomes a keyframe, and with which constraints. Call it once for each frame, before the
   /// map update that carries it. T_last_body is the motion since the last frame; `is_jump`: odometry gave no usable
@@ -59,11 +63,14 @@ class Corrector {
   void refineLeaves(Map& map, const LocalGraph& local, const Alignment& alignment, Correction& correction);
   /// Applies a correction and merges what it has brought together.
   void apply(Map& map, const MapCorrection& moves, Correction& correction);
-  /// Notes the nodes that `delta` has brought together with others, and merges the first of all that wait.
-  void mergePending(Map& map, const MapDelta& delta, Correction& correction);
+  /// Notes the nodes that `delta` has brought together with others.
+  void notePending(const MapDelta& delta);
+  /// Merges the first of all that wait.
+  void mergePending(Map& map, Correction& correction);
 
   Config config_;
   ClassTable classes_;
+  PageStore pages_;
   PoseWindow pose_window_;
   GeometryWindow geometry_window_;
   LoopCloser loops_;

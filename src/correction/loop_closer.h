@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <future>
 #include <optional>
 #include <string>
@@ -28,6 +29,9 @@ struct LoopRecord {
   std::string reason;
 };
 
+/// Brings what lies within a radius (m) of a place of the map into memory.
+using BringBack = std::function<void(const Vec3& centre, double radius)>;
+
 /// Closes loops: picks a loop candidate at a keyframe, has it verified beside the frame work, and returns a correction
 /// when two verified loops in a row agree. One candidate is verified at a time.
 class LoopCloser {
@@ -40,7 +44,8 @@ class LoopCloser {
   void start(const Map& stored);
   /// Call it once after each new keyframe of `map`. Returns the correction that a verification which is due makes of
   /// the map as it is now: keyframes younger than the candidate move rigidly with the newest one it knew.
-  std::optional<MapCorrection> step(const Map& map);
+  /// `bring_back` is called for the place of a candidate before it is read: it may be paged out.
+  std::optional<MapCorrection> step(const Map& map, const BringBack& bring_back = {});
   /// At the end of a drive: waits for the verification that is still running, and returns its correction.
   std::optional<MapCorrection> finish(const Map& map);
 
@@ -63,7 +68,7 @@ class LoopCloser {
   static Outcome verify(const LoopCandidate& candidate, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
                         const LoopConfig& config);
   /// Starts the verification of the best candidate, if there is one.
-  void startVerification(const Map& map);
+  void startVerification(const Map& map, const BringBack& bring_back);
   bool isVerificationDue(const Map& map) const;
   void record(const LoopRecord& record);
   /// Whether a verified loop agrees with the one verified before it. If not, it waits for the next one.

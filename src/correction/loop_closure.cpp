@@ -71,43 +71,6 @@ bool hasThings(const Map& part) {
          }) >= static_cast<std::ptrdiff_t>(kFewestThings);
 }
 
-/// An inactive keyframe that may show the place of the last one.
-struct RankedKeyframe {
-  KeyframeId id = -1;
-  double score = -1;
-  Drift drift;
-};
-
-RankedKeyframe bestCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                             const LoopConfig& config) {
-  const std::vector<TimedPose>& poses = map.keyframes().poses();
-  const Vec3 here = poses.back().T_map_body.translation();
-  const auto isActive = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
-  std::size_t active = 0;
-  while (active < poses.size() && isActive(active)) {
-    ++active;
-  }
-  if (active == poses.size()) {
-    return {};  // there is nothing to find again
-  }
-  const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
-  RankedKeyframe best;
-  for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
-    const double distance = (poses[k].T_map_body.translation() - here).norm();
-    const double allowed = kDriftBound * drift[k].position + config.pass_distance;
-    if (isActive(k) || drift[k].position < 0 || distance > allowed) {
-      continue;
-    }
-    const double nearness = 1 - distance / allowed;
-    const double likeness = k < descriptors.size() ? similarityOf(descriptors[k], descriptors.back()) : 0;
-    const double score = allowed < config.place_radius ? nearness : likeness;
-    if (score > best.score) {
-      best = {static_cast<KeyframeId>(k), score, drift[k]};
-    }
-  }
-  return best;
-}
-
 /// How far the keyframes lie from where the loop puts them, in standard deviations (a chi norm of six degrees of
 /// freedom).
 double deviationsOf(const LoopCandidate& candidate, const BetweenConstraint& loop) {
@@ -164,24 +127,51 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   return product;
 }
 
-std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                               const LoopConfig& config) {
-  const RankedKeyframe best = bestCandidate(map, descriptors, config);
-  if (best.id < 0) {
-    return std::nullopt;
+std::optional<LoopKeyframe> findLoopKeyframe(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                             const LoopConfig& config) {
+  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  const Vec3 here = poses.back().T_map_body.translation();
+  const auto isActive = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
+  std::size_t active = 0;
+  while (active < poses.size() && isActive(active)) {
+    ++active;
   }
+  if (active == poses.size()) {
+    return std::nullopt;  // there is nothing to find again
+  }
+  const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
+  std::optional<LoopKeyframe> best;
+  double best_score = -1;
+  for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
+    const double distance = (poses[k].T_map_body.translation() - here).norm();
+    const double allowed = kDriftBound * drift[k].position + config.pass_distance;
+    if (isActive(k) || drift[k].position < 0 || distance > allowed) {
+      continue;
+    }
+    const double nearness = 1 - distance / allowed;
+    const double likeness = k < descriptors.size() ? similarityOf(descriptors[k], descriptors.back()) : 0;
+    const double score = allowed < config.place_radius ? nearness : likeness;
+    if (score > best_score) {
+      best = {static_cast<KeyframeId>(k), drift[k]};
+      best_score = score;
+    }
+  }
+  return best;
+}
+
+std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config) {
   LoopCandidate candidate;
-  candidate.before_id = best.id, candidate.now_id = map.keyframes().last();
-  candidate.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(best.id)];
+  candidate.before_id = keyframe.id, candidate.now_id = map.keyframes().last();
+  candidate.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(keyframe.id)];
   candidate.keyframe_now = map.keyframes().poses().back();
   const Vec3 here = candidate.keyframe_now.T_map_body.translation();
   const Vec3 there = candidate.keyframe_before.T_map_body.translation();
   candidate.before = partOf(map, there, config.place_radius, false);
   candidate.now = partOf(map, here, config.place_radius, true);
-  candidate.drift = best.drift;
+  candidate.drift = keyframe.drift;
   candidate.prior.centre_b = here;
-  candidate.prior.distance = kDriftBound * best.drift.position + config.prior_slack;
-  candidate.prior.turn = kDriftBound * best.drift.turn + config.prior_turn_slack;
+  candidate.prior.distance = kDriftBound * keyframe.drift.position + config.prior_slack;
+  candidate.prior.turn = kDriftBound * keyframe.drift.turn + config.prior_turn_slack;
   return hasThings(candidate.before) && hasThings(candidate.now) ? std::optional(std::move(candidate)) : std::nullopt;
 }
 

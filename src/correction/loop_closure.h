@@ -55,11 +55,21 @@ struct LoopVerification {
       0;  // from where the keyframes lay, in standard deviations of the drift; chi, 6 degrees of freedom
 };
 
+/// A keyframe that may show the place of the last one.
+struct LoopKeyframe {
+  KeyframeId id = -1;
+  Drift drift;  // from it to the last one
+};
+
 /// The inactive keyframe that most likely shows the place of the last one, of those that drift allows: the nearest one
 /// where drift is small, else the one that looks most alike. `descriptors` are those of the keyframes, the last one's
-/// at their end. nullopt when drift allows none, or when either part has too few things.
-std::optional<LoopCandidate> findLoopCandidate(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                               const LoopConfig& config);
+/// at their end. nullopt when drift allows none. Reads keyframes only: nodes need not be in memory.
+std::optional<LoopKeyframe> findLoopKeyframe(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                             const LoopConfig& config);
+
+/// Copies the two parts of the map out, of `place_radius` around each keyframe, which must be in memory. nullopt when
+/// either has too few things.
+std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config);
 
 /// Aligns the two parts of a candidate without an initial pose, within what drift allows.
 LoopVerification verifyLoop(const LoopCandidate& candidate, std::span<const SimilarClasses> similar,

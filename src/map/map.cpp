@@ -29,6 +29,21 @@ std::size_t Map::CellHash::operator()(const Cell& c) const {
   return (mix(c.x) * 73856093ULL) ^ (mix(c.y) * 19349669ULL) ^ (mix(c.z) * 83492791ULL);
 }
 
+MapDelta joined(MapDelta first, const MapDelta& second) {
+  if (second.revision == 0) {
+    return first;
+  }
+  MapDelta both;
+  both.revision = second.revision;
+  std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
+  std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
+  std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
+  const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
+  std::erase_if(both.changed, isRemoved);
+  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
+  return both;
+}
+
 MapDelta Map::apply(MapUpdate update) {
   MapDelta delta;
   delta.revision = update.is_sequel ? revision_ : ++revision_;

@@ -53,6 +53,10 @@ struct MapDelta {
   std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
 };
 
+/// What was done first and then, as one change. Each node is named once: as removed before as changed, and as changed
+/// before as moved. What has to be merged is not carried over: it is noted when it comes up.
+MapDelta joined(MapDelta first, const MapDelta& second);
+
 /// The nodes anchored to one keyframe, out of the map.
 struct MapPage {
   KeyframeId keyframe = -1;

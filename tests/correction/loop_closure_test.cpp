@@ -135,7 +135,10 @@ struct Revisit {
     see({}, frame(0, Vec3(150, 0, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
     see({}, frame(0, Vec3(150, 10, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
   }
-  std::optional<LoopCandidate> candidate() const { return findLoopCandidate(map, descriptors, kConfig); }
+  std::optional<LoopCandidate> candidate() const {
+    const auto keyframe = findLoopKeyframe(map, descriptors, kConfig);
+    return keyframe ? cutLoopCandidate(map, *keyframe, kConfig) : std::nullopt;
+  }
 };
 
 /// Seen from the origin, left, and seen again with an error of `drift`.
