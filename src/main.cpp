@@ -56,23 +56,18 @@ struct Options {
   bool print_config = false, json = false;
 };
 
-RunCounters countersOf(const PipelineCounts& c) {
-  return {c.frames, c.drops.busy, c.drops.odometry, c.drops.invalid, c.unknown_labels, c.nonfinite_points};
-}
-
-void summarise(const Mapper& mapper, const PipelineCounts& counts, const OutputDirectory& out) {
-  const RunCounters c = countersOf(counts);
-  fmt::print("{} frames, {} dropped (busy {}, no odometry {}, invalid {})\n", c.frames,
-             c.dropped_busy + c.dropped_odometry + c.dropped_invalid, c.dropped_busy, c.dropped_odometry,
-             c.dropped_invalid);
+void summarise(const Mapper& mapper, const RunCounts& counts, const OutputDirectory& out) {
+  const FrameDrops& drops = counts.drops;
+  fmt::print("{} frames, {} dropped (busy {}, no odometry {}, invalid {})\n", counts.frames, drops.total(), drops.busy,
+             drops.odometry, drops.invalid);
   for (const auto& [reason, messages] : counts.decode_errors) {
     fmt::print("  {} messages unreadable: {}\n", messages, reason);
   }
   if (counts.restarts > 0) {
     fmt::print("  time went back {} times (restarts of the robot or the log)\n", counts.restarts);
   }
-  if (c.unknown_labels > 0) {
-    fmt::print("  {} points had labels outside the class table and were ignored\n", c.unknown_labels);
+  if (counts.unknown_labels > 0) {
+    fmt::print("  {} points had labels outside the class table and were ignored\n", counts.unknown_labels);
   }
   fmt::print("map: {} objects, {} leaves, {:.1f} MB -> {}\n", mapper.map().confirmedCount(), mapper.map().leafCount(),
              mapper.map().megabytes(), out.path("map.hgg"));
@@ -106,7 +101,7 @@ int replay(const Options& o) {
     return fail(report.error);
   }
   mapper.finish();
-  if (const std::string error = out->finish(mapper, countersOf(report->counts)); !error.empty()) {
+  if (const std::string error = out->finish(mapper, report->counts); !error.empty()) {
     return fail(error);
   }
   summarise(mapper, report->counts, *out);
@@ -153,12 +148,12 @@ int run(const Options& o) {
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
   };
-  const Result<PipelineCounts> counts = runLive(config, mapper, g_stop, on_frame);
+  const Result<RunCounts> counts = runLive(config, mapper, g_stop, on_frame);
   if (!counts) {
     return fail(counts.error);
   }
   mapper.finish();
-  if (const std::string error = out->finish(mapper, countersOf(*counts)); !error.empty()) {
+  if (const std::string error = out->finish(mapper, *counts); !error.empty()) {
     return fail(error);
   }
   summarise(mapper, *counts, *out);

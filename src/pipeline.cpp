@@ -61,8 +61,8 @@ void Pipeline::step(const Frame& frame) {
   if (on_frame_) on_frame_(report, timing);
 }
 
-PipelineCounts Pipeline::counts() const {
-  PipelineCounts counts = counts_;
+RunCounts Pipeline::counts() const {
+  RunCounts counts = counts_;
   counts.drops.odometry += assembler_.drops().odometry;
   counts.drops.invalid += assembler_.drops().invalid;
   counts.odometry_rejected = assembler_.odometry().rejected();

@@ -1,4 +1,4 @@
-#include "publish/publish.h"
+#include "publish/graph_update.h"
 
 #include <algorithm>
 #include <iterator>
@@ -51,17 +51,12 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   update.revision = mapper.map().revision();
   update.complete = true;
   for (const auto& [id, node] : mapper.map().nodes()) {
-    if (isConfirmed(node)) update.objects.push_back(summarise(node, mapper.classes()));
+    if (isConfirmed(node)) {
+      update.objects.push_back(summarise(node, mapper.classes()));
+    }
   }
   update.edges = mapper.edges();
   return update;
-}
-
-void describeMap(const Map& map, Status& status) {
-  status.objects = static_cast<std::int64_t>(map.confirmedCount());
-  status.leaves = static_cast<std::int64_t>(map.leafCount());
-  status.map_mb = map.megabytes();
-  status.revision = map.revision();
 }
 
 }  // namespace hgg
