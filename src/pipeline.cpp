@@ -43,8 +43,12 @@ void Pipeline::addCloud(Bytes message, Micros arrival_us) {
 }
 
 void Pipeline::stepReady(Micros now_us) {
-  while (const auto frame = assembler_.next(now_us)) step(*frame);
-  if (!assembler_.isWaiting()) decode_ms_.clear();
+  while (const auto frame = assembler_.next(now_us)) {
+    step(*frame);
+  }
+  if (!assembler_.isWaiting()) {
+    decode_ms_.clear();
+  }
 }
 
 void Pipeline::step(const Frame& frame) {
@@ -58,7 +62,9 @@ void Pipeline::step(const Frame& frame) {
   decode_ms_.erase(decode_ms_.begin(), decode_ms_.upper_bound(frame.utime_us));
   FrameTiming timing{decode_ms + step_ms, {{"decode", decode_ms}}};
   timing.stage_ms.insert(timing.stage_ms.end(), report.stage_ms.begin(), report.stage_ms.end());
-  if (on_frame_) on_frame_(report, timing);
+  if (on_frame_) {
+    on_frame_(report, timing);
+  }
 }
 
 RunCounts Pipeline::counts() const {
