@@ -32,7 +32,7 @@ bench: build  ## time the stages
 	$(BUILD)/hgg_bench
 
 evaluate: build  ## measure everything: docs/evaluation.md and .html (hours; ARGS="--frames 400 --loop-frames 600 --paths 07": less; ARGS=--quick: minutes)
-	tools/evaluate.py --build $(BUILD) $(ARGS)
+	tools/matrix/run.py --build $(BUILD) $(ARGS)
 
 deps:  ## install what is missing (Debian packages)
 	tools/install_deps.sh

@@ -73,7 +73,7 @@ void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, c
   stats_.add(timing, map.megabytes());
 }
 
-std::string OutputDirectory::finish(const Mapper& mapper, const RunCounters& counters) {
+std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
   // The map first: it is what the drive was for.
   std::vector<std::string> errors{saveMap(mapper.map(), mapper.edges(), path("map.hgg"))};
   trajectory_.close();
@@ -86,7 +86,7 @@ std::string OutputDirectory::finish(const Mapper& mapper, const RunCounters& cou
     errors.push_back(fmt::format("{}: cannot write the trajectory (disk full?)", path("trajectory.tum")));
   }
   std::ofstream stats(path("stats.json"), std::ios::trunc);
-  if (!(stats << stats_.json(counters, mapper.map(), mapper.loops())) || !stats.flush()) {
+  if (!(stats << stats_.json(counts, mapper.map(), mapper.loops())) || !stats.flush()) {
     errors.push_back(fmt::format("{}: cannot write the statistics (disk full?)", path("stats.json")));
   }
   std::erase(errors, "");

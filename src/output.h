@@ -18,7 +18,7 @@ class OutputDirectory {
   /// Adds one line to the trajectory (t x y z qx qy qz qw) and the frame's cost to the statistics.
   void add(const StepReport& report, const FrameTiming& timing, const Map& map);
   /// Writes the map and the statistics; an error line, empty when done.
-  std::string finish(const Mapper& mapper, const RunCounters& counters);
+  std::string finish(const Mapper& mapper, const RunCounts& counts);
 
   std::string path(const char* name) const { return directory_ + "/" + name; }
 

@@ -43,8 +43,12 @@ void Pipeline::addCloud(Bytes message, Micros arrival_us) {
 }
 
 void Pipeline::stepReady(Micros now_us) {
-  while (const auto frame = assembler_.next(now_us)) step(*frame);
-  if (!assembler_.isWaiting()) decode_ms_.clear();
+  while (const auto frame = assembler_.next(now_us)) {
+    step(*frame);
+  }
+  if (!assembler_.isWaiting()) {
+    decode_ms_.clear();
+  }
 }
 
 void Pipeline::step(const Frame& frame) {
@@ -58,11 +62,13 @@ void Pipeline::step(const Frame& frame) {
   decode_ms_.erase(decode_ms_.begin(), decode_ms_.upper_bound(frame.utime_us));
   FrameTiming timing{decode_ms + step_ms, {{"decode", decode_ms}}};
   timing.stage_ms.insert(timing.stage_ms.end(), report.stage_ms.begin(), report.stage_ms.end());
-  if (on_frame_) on_frame_(report, timing);
+  if (on_frame_) {
+    on_frame_(report, timing);
+  }
 }
 
-PipelineCounts Pipeline::counts() const {
-  PipelineCounts counts = counts_;
+RunCounts Pipeline::counts() const {
+  RunCounts counts = counts_;
   counts.drops.odometry += assembler_.drops().odometry;
   counts.drops.invalid += assembler_.drops().invalid;
   counts.odometry_rejected = assembler_.odometry().rejected();

@@ -14,16 +14,6 @@ namespace hgg {
 
 using OnFrame = std::function<void(const StepReport&, const FrameTiming&)>;
 
-/// Everything that happened to the messages of a run or a replay.
-struct PipelineCounts {
-  std::int64_t frames = 0;  // stepped
-  FrameDrops drops;
-  std::int64_t odometry_samples = 0, odometry_rejected = 0;  // decoded; of those late or duplicate
-  std::int64_t restarts = 0;                                 // time went back by more than kRestart_us
-  std::int64_t unknown_labels = 0, nonfinite_points = 0;
-  std::map<std::string, std::int64_t> decode_errors;  // "cloud: truncated" -> messages
-};
-
 /// What run and replay share: messages in, mapped frames out. The same messages give the same frames on both.
 class Pipeline {
  public:
@@ -39,7 +29,7 @@ class Pipeline {
   void finish() { assembler_.finish(); }
   void countBusy(std::int64_t clouds) { counts_.drops.busy += clouds; }
 
-  PipelineCounts counts() const;
+  RunCounts counts() const;
 
  private:
   void step(const Frame& frame);
@@ -48,7 +38,7 @@ class Pipeline {
   OnFrame on_frame_;
   FrameAssembler assembler_;
   std::map<Micros, double> decode_ms_;  // of clouds that wait, by their time
-  PipelineCounts counts_;               // without the assembler's share
+  RunCounts counts_;                    // without the assembler's share
 };
 
 }  // namespace hgg

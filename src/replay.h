@@ -14,7 +14,7 @@ namespace hgg {
 
 struct ReplayReport {
   std::int64_t events = 0;  // whole events of the log, of any channel
-  PipelineCounts counts;
+  RunCounts counts;
   LogLoss loss;
   bool stopped = false;  // by `stop`, before the end of the log
 };

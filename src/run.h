@@ -11,7 +11,6 @@ namespace hgg {
 
 /// Maps what comes in over LCM and publishes the results until `stop` is raised. A busy mapper takes the newest cloud
 /// and counts the others as dropped. Logs one line a second; fails when the LCM url cannot be opened.
-Result<PipelineCounts> runLive(const Config& config, Mapper& mapper, const std::atomic<bool>& stop,
-                               const OnFrame& on_frame);
+Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomic<bool>& stop, const OnFrame& on_frame);
 
 }  // namespace hgg

@@ -112,11 +112,11 @@ void RunStats::add(const FrameTiming& timing, double map_mb) {
   }
 }
 
-std::string RunStats::json(const RunCounters& c, const Map& map, const LoopCloser& loops) const {
+std::string RunStats::json(const RunCounts& c, const Map& map, const LoopCloser& loops) const {
   nlohmann::ordered_json j;
   j["frames"] = c.frames;
-  j["dropped"] = c.dropped_busy + c.dropped_odometry + c.dropped_invalid;
-  j["dropped_by_reason"] = {{"busy", c.dropped_busy}, {"odometry", c.dropped_odometry}, {"invalid", c.dropped_invalid}};
+  j["dropped"] = c.drops.total();
+  j["dropped_by_reason"] = {{"busy", c.drops.busy}, {"odometry", c.drops.odometry}, {"invalid", c.drops.invalid}};
   j["unknown_labels"] = c.unknown_labels;
   j["nonfinite_points"] = c.nonfinite_points;
   j["frame_ms"] = summary(frame_ms_);

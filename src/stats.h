@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "correction/loop_closer.h"
+#include "frame/frame.h"
 #include "map/map.h"
 
 namespace hgg {
@@ -57,11 +58,14 @@ class FrameCurve {
   std::int64_t frames_ = 0, bin_width_ = 1;
 };
 
-/// Counters of a run, as stats.json shows them.
-struct RunCounters {
-  std::int64_t frames = 0;
-  std::int64_t dropped_busy = 0, dropped_odometry = 0, dropped_invalid = 0;
-  std::int64_t unknown_labels = 0, nonfinite_points = 0;
+/// Everything that happened to the messages of a run or a replay.
+struct RunCounts {
+  std::int64_t frames = 0;  // stepped
+  FrameDrops drops;
+  std::int64_t unknown_labels = 0, nonfinite_points = 0;     // points
+  std::int64_t odometry_samples = 0, odometry_rejected = 0;  // decoded; of those late or duplicate
+  std::int64_t restarts = 0;                                 // time went back by more than kRestart_us
+  std::map<std::string, std::int64_t> decode_errors;         // "cloud: truncated" -> messages
 };
 
 /// Accumulates the cost of a run over its frames.
@@ -69,7 +73,7 @@ class RunStats {
  public:
   void add(const FrameTiming& timing, double map_mb);
   /// stats.json (keys in docs/operations.md). The memory and time curves have at most 200 points each.
-  std::string json(const RunCounters& counters, const Map& map, const LoopCloser& loops) const;
+  std::string json(const RunCounts& counts, const Map& map, const LoopCloser& loops) const;
 
  private:
   struct MemorySample {

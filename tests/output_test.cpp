@@ -34,7 +34,9 @@ TEST(OutputDirectory, LeavesMapTrajectoryAndStatistics) {
   ASSERT_TRUE(out) << out.error;
   out->add(reportAt(1'000'007, Vec3(1, 2, 3), M_PI / 2), {12, {}}, mapper.map());
   out->add(reportAt(2'500'000, Vec3(123456.789, -0.001, 0), 0), {14, {}}, mapper.map());
-  ASSERT_EQ(out->finish(mapper, {2, 0, 0, 0, 0, 0}), "");
+  RunCounts counts;
+  counts.frames = 2;
+  ASSERT_EQ(out->finish(mapper, counts), "");
 
   EXPECT_TRUE(loadMap(directory + "/map.hgg"));
   EXPECT_EQ(nlohmann::json::parse(readText(directory + "/stats.json"))["frames"], 2);

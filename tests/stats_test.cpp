@@ -74,8 +74,8 @@ TEST(Distribution, TakesZeroAndValuesBelowItsResolution) {
   EXPECT_LE(d.quantile(1), 1.01e-3);
 }
 
-Json statsOf(const RunStats& stats, const RunCounters& counters, const Map& map) {
-  return Json::parse(stats.json(counters, map, LoopCloser({}, {}, LoopTiming::kFixed)));
+Json statsOf(const RunStats& stats, const RunCounts& counts, const Map& map) {
+  return Json::parse(stats.json(counts, map, LoopCloser({}, {}, LoopTiming::kFixed)));
 }
 
 TEST(RunStats, JsonHasTheDocumentedKeys) {
@@ -86,7 +86,9 @@ TEST(RunStats, JsonHasTheDocumentedKeys) {
   RunStats stats;
   stats.add({30, {{"decode", 5}, {"creation", 20}, {"update", 4}}}, 0.5);
   stats.add({10, {{"decode", 1}, {"creation", 8}, {"update", 1}}}, 0.6);
-  const Json j = statsOf(stats, {2, 1, 2, 3, 44, 55}, map);
+  RunCounts counts;
+  counts.frames = 2, counts.drops = {1, 2, 3}, counts.unknown_labels = 44, counts.nonfinite_points = 55;
+  const Json j = statsOf(stats, counts, map);
   EXPECT_EQ(j["frames"], 2);
   EXPECT_EQ(j["dropped"], 6);
   EXPECT_EQ(j["dropped_by_reason"], Json::parse(R"({"busy": 1, "odometry": 2, "invalid": 3})"));

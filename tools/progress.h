@@ -3,7 +3,7 @@
 #include <functional>
 #include <string>
 
-#include "progress_bar.h"
+#include "cli/progress_bar.h"
 
 namespace hgg {
 

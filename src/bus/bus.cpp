@@ -24,7 +24,9 @@ constexpr std::int64_t kBufferBytes = 2 * kCloudBytes;
 std::string literal(const std::string& channel) {
   std::string out;
   for (const char c : channel) {
-    if (std::string_view("\\^$.|?*+()[]{}").find(c) != std::string_view::npos) out += '\\';
+    if (std::string_view("\\^$.|?*+()[]{}").find(c) != std::string_view::npos) {
+      out += '\\';
+    }
     out += c;
   }
   return out;
@@ -63,7 +65,9 @@ Bus::~Bus() = default;
 bool Bus::subscribe(const LcmConfig& lcm) {
   auto* odometry = lcm_subscribe(lcm_.get(), literal(lcm.odometry).c_str(), &Bus::onOdometry, this);
   auto* cloud = lcm_subscribe(lcm_.get(), literal(lcm.lidar_semantic).c_str(), &Bus::onCloud, this);
-  if (!odometry || !cloud) return false;
+  if (!odometry || !cloud) {
+    return false;
+  }
   lcm_subscription_set_queue_capacity(odometry, kOdometryQueue);
   lcm_subscription_set_queue_capacity(cloud, kCloudQueue);
   return true;
@@ -76,7 +80,9 @@ void Bus::receive(const std::stop_token& stop) {
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
   while (!stop.stop_requested()) {
     // Fails when the provider is at its end (file://): nothing more to do then but not to spin.
-    if (lcm_handle_timeout(lcm_.get(), kPoll_ms) < 0) std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+    if (lcm_handle_timeout(lcm_.get(), kPoll_ms) < 0) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(kPoll_ms));
+    }
   }
 }
 
@@ -134,16 +140,24 @@ SocketLimits readSocketLimits() {
 }
 
 std::string receiveBufferWarning(const std::string& url, const SocketLimits& limits) {
-  if (!url.starts_with("udpm://") || limits.rmem_max == 0) return {};
+  if (!url.starts_with("udpm://") || limits.rmem_max == 0) {
+    return {};
+  }
   const std::string key = "recv_buf_size=";
   const auto at = url.find(key);
   const std::int64_t asked =
       at == std::string::npos ? limits.rmem_default : std::strtoll(url.c_str() + at + key.size(), nullptr, 0);
-  if (std::min(asked, limits.rmem_max) >= kBufferBytes) return {};
+  if (std::min(asked, limits.rmem_max) >= kBufferBytes) {
+    return {};
+  }
   const std::string need = std::to_string(kBufferBytes);
   std::string cure;
-  if (limits.rmem_max < kBufferBytes) cure = "sysctl -w net.core.rmem_max=" + need;
-  if (asked < kBufferBytes) cure += (cure.empty() ? "" : ", and ") + key + need + " in the LCM url";
+  if (limits.rmem_max < kBufferBytes) {
+    cure = "sysctl -w net.core.rmem_max=" + need;
+  }
+  if (asked < kBufferBytes) {
+    cure += (cure.empty() ? "" : ", and ") + key + need + " in the LCM url";
+  }
   return "the UDP receive buffer holds " + std::to_string(std::min(asked, limits.rmem_max)) +
          " bytes, less than two clouds of 2 MB: clouds will be lost. Cure: " + cure;
 }

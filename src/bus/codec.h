@@ -14,10 +14,10 @@
 
 namespace hgg {
 
-/// Messages <-> structs. The only place that includes LCM types (codec.cpp); every decode is bounded, never throws, and
-/// fails with a reason on: truncated or surplus bytes, a foreign fingerprint, negative or absurd lengths, fields that
-/// do not fit the record, non-finite or zero-norm orientations, times outside 0..kMaxUtime_us. The reasons are a fixed
-/// set of texts without values in them, so that they can be counted.
+/// Messages <-> structs, a codec_*.cpp each; LCM's message types are included there and nowhere else. Every decode is
+/// bounded, never throws, and fails with a reason on: truncated or surplus bytes, a foreign fingerprint, negative or
+/// absurd lengths, fields that do not fit the record, non-finite or zero-norm orientations, times outside
+/// 0..kMaxUtime_us. The reasons are a fixed set of texts without values in them, so that they can be counted.
 using Bytes = std::span<const std::uint8_t>;
 
 /// Limits of what is accepted from the wire.
@@ -46,7 +46,8 @@ Result<LabelImage> decodeLabelImage(Bytes message);
 /// bot_core.image_t of little-endian 16-bit grey values, rows padded or not.
 Result<DepthImage> decodeDepthImage(Bytes message);
 
-std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_odom_body);
+/// A pose in whatever frame its channel speaks of: odom on the way in, map on the way out.
+std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_parent_body);
 /// x, y, z (f32), label (u16), and instance (u32) when any point has one.
 std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points);
 /// Likewise, and time (f32, s after utime_us; negative = before) for each point. As many times as points, or none.

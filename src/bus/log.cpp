@@ -23,12 +23,16 @@ constexpr std::int64_t kSearchBytes = 1 << 20;
 
 std::uint64_t readBigEndian(const std::uint8_t* bytes, int size) {
   std::uint64_t value = 0;
-  for (int i = 0; i < size; ++i) value = value << 8 | bytes[i];
+  for (int i = 0; i < size; ++i) {
+    value = value << 8 | bytes[i];
+  }
   return value;
 }
 
 std::uint8_t* writeBigEndian(std::uint8_t* bytes, std::uint64_t value, int size) {
-  for (int i = size; i-- > 0; value >>= 8) bytes[i] = static_cast<std::uint8_t>(value);
+  for (int i = size; i-- > 0; value >>= 8) {
+    bytes[i] = static_cast<std::uint8_t>(value);
+  }
   return bytes + size;
 }
 
@@ -45,10 +49,16 @@ std::string fileError(const std::string& what, const std::string& path) {
 Result<LogReader> LogReader::open(const std::string& path) {
   LogReader reader;
   reader.file_.reset(std::fopen(path.c_str(), "rb"));
-  if (!reader.file_) return Result<LogReader>::fail(fileError("cannot open", path));
+  if (!reader.file_) {
+    return Result<LogReader>::fail(fileError("cannot open", path));
+  }
   struct stat status {};
-  if (fstat(fileno(reader.file_.get()), &status) != 0) return Result<LogReader>::fail(fileError("cannot read", path));
-  if (!S_ISREG(status.st_mode)) return Result<LogReader>::fail("cannot read log '" + path + "': not a regular file");
+  if (fstat(fileno(reader.file_.get()), &status) != 0) {
+    return Result<LogReader>::fail(fileError("cannot read", path));
+  }
+  if (!S_ISREG(status.st_mode)) {
+    return Result<LogReader>::fail("cannot read log '" + path + "': not a regular file");
+  }
   reader.file_size_ = status.st_size;
   return Result<LogReader>::ok(std::move(reader));
 }
@@ -78,7 +88,9 @@ double LogReader::progress() const {
 std::optional<LogReader::Header> LogReader::findEvent() {
   for (std::int64_t at = offset_; at < file_size_; at = findSync(at + 1, file_size_)) {
     auto header = headerAt(at);
-    if (header && (isFollowedWell(*header) || !hasWholeEvent(at + 1, header->end))) return header;
+    if (header && (isFollowedWell(*header) || !hasWholeEvent(at + 1, header->end))) {
+      return header;
+    }
   }
   return std::nullopt;
 }
@@ -86,10 +98,14 @@ std::optional<LogReader::Header> LogReader::findEvent() {
 /// Whether an event that is followed well starts in [from, to). `from` never goes back, so that no stretch is searched
 /// twice.
 bool LogReader::hasWholeEvent(std::int64_t from, std::int64_t to) {
-  if (whole_at_ >= from) return whole_at_ < to;
+  if (whole_at_ >= from) {
+    return whole_at_ < to;
+  }
   for (std::int64_t at = findSync(std::max(from, searched_to_), to); at < to; at = findSync(at + 1, to)) {
     const auto header = headerAt(at);
-    if (!header || !isFollowedWell(*header)) continue;
+    if (!header || !isFollowedWell(*header)) {
+      continue;
+    }
     whole_at_ = at;
     searched_to_ = at + 1;
     return true;
@@ -101,7 +117,9 @@ bool LogReader::hasWholeEvent(std::int64_t from, std::int64_t to) {
 /// The header at `offset` if its lengths and its channel are plausible and the event fits the file.
 std::optional<LogReader::Header> LogReader::headerAt(std::int64_t offset) {
   const auto bytes = view(offset, kHeaderBytes);
-  if (std::ssize(bytes) < kHeaderBytes || readBigEndian(bytes.data(), 4) != kSyncWord) return std::nullopt;
+  if (std::ssize(bytes) < kHeaderBytes || readBigEndian(bytes.data(), 4) != kSyncWord) {
+    return std::nullopt;
+  }
   Header header;
   header.at = offset;
   header.number = static_cast<std::int64_t>(readBigEndian(bytes.data() + 4, 8));
@@ -109,12 +127,18 @@ std::optional<LogReader::Header> LogReader::headerAt(std::int64_t offset) {
   // Negative lengths read as huge ones and fail the same bound.
   const auto channel_bytes = static_cast<std::int64_t>(readBigEndian(bytes.data() + 20, 4));
   const auto data_bytes = static_cast<std::int64_t>(readBigEndian(bytes.data() + 24, 4));
-  if (channel_bytes < 1 || channel_bytes > kMaxChannelBytes || data_bytes > kMaxDataBytes) return std::nullopt;
+  if (channel_bytes < 1 || channel_bytes > kMaxChannelBytes || data_bytes > kMaxDataBytes) {
+    return std::nullopt;
+  }
   header.data_at = offset + kHeaderBytes + channel_bytes;
   header.end = header.data_at + data_bytes;
-  if (header.end > file_size_) return std::nullopt;
+  if (header.end > file_size_) {
+    return std::nullopt;
+  }
   const auto channel = view(offset + kHeaderBytes, channel_bytes);
-  if (!isPrintable(channel)) return std::nullopt;
+  if (!isPrintable(channel)) {
+    return std::nullopt;
+  }
   header.channel.assign(channel.begin(), channel.end());
   return header;
 }
@@ -139,7 +163,9 @@ std::int64_t LogReader::findSync(std::int64_t from, std::int64_t to) {
   for (std::int64_t at = from; at < to;) {
     const auto bytes = view(at, std::min(kSearchBytes, to - at) + kSyncSize - 1);
     const auto hit = std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).find(sync);
-    if (hit != std::string_view::npos) return at + static_cast<std::int64_t>(hit);
+    if (hit != std::string_view::npos) {
+      return at + static_cast<std::int64_t>(hit);
+    }
     at += kSearchBytes;
   }
   return to;
@@ -148,8 +174,12 @@ std::int64_t LogReader::findSync(std::int64_t from, std::int64_t to) {
 /// The file's bytes [offset, offset + size), fewer at its end; valid until the next call.
 std::span<const std::uint8_t> LogReader::view(std::int64_t offset, std::int64_t size) {
   size = std::min(size, file_size_ - offset);
-  if (size <= 0) return {};
-  if (offset < window_at_ || offset + size > window_at_ + std::ssize(window_)) fill(offset, size);
+  if (size <= 0) {
+    return {};
+  }
+  if (offset < window_at_ || offset + size > window_at_ + std::ssize(window_)) {
+    fill(offset, size);
+  }
   return std::span(window_).subspan(static_cast<std::size_t>(offset - window_at_), static_cast<std::size_t>(size));
 }
 
@@ -162,8 +192,12 @@ void LogReader::fill(std::int64_t offset, std::int64_t size) {
   while (done < bytes) {
     const ssize_t n =
         pread(fileno(file_.get()), window_.data() + done, bytes - done, offset + static_cast<off_t>(done));
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) break;
+    if (n < 0 && errno == EINTR) {
+      continue;
+    }
+    if (n <= 0) {
+      break;
+    }
     done += static_cast<std::size_t>(n);
   }
   std::fill(window_.begin() + static_cast<std::ptrdiff_t>(done), window_.end(), std::uint8_t{0});
@@ -173,7 +207,9 @@ Result<LogWriter> LogWriter::create(const std::string& path) {
   LogWriter writer;
   writer.path_ = path;
   writer.file_.reset(std::fopen(path.c_str(), "wb"));
-  if (!writer.file_) return Result<LogWriter>::fail(fileError("cannot create", path));
+  if (!writer.file_) {
+    return Result<LogWriter>::fail(fileError("cannot create", path));
+  }
   return Result<LogWriter>::ok(std::move(writer));
 }
 

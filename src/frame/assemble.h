@@ -9,15 +9,6 @@
 
 namespace hgg {
 
-/// Clouds that did not become frames, by reason.
-struct FrameDrops {
-  std::int64_t busy = 0;      // replaced by a newer one before the mapper was free
-  std::int64_t odometry = 0;  // no odometry within the wait
-  std::int64_t invalid = 0;   // undecodable, late or duplicate
-
-  std::int64_t total() const { return busy + odometry + invalid; }
-};
-
 /// Pairs clouds with the odometry at their time. Knows no clock: arrival times and "now" are handed in, wall time of a
 /// live bus or time of a log.
 ///

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/types.h"
@@ -22,6 +23,15 @@ struct Frame {
   Micros utime_us = 0;
   Pose T_odom_body = Pose::Identity();
   std::vector<Point> points;  // body frame
+};
+
+/// Clouds that did not become frames, by reason.
+struct FrameDrops {
+  std::int64_t busy = 0;      // replaced by a newer one before the mapper was free
+  std::int64_t odometry = 0;  // no odometry within the wait
+  std::int64_t invalid = 0;   // undecodable, late or duplicate
+
+  std::int64_t total() const { return busy + odometry + invalid; }
 };
 
 }  // namespace hgg

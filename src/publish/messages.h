@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -8,6 +9,13 @@
 #include "map/node.h"
 
 namespace hgg {
+
+/// Where the robot is, once a frame.
+struct PoseUpdate {
+  Micros utime_us = 0;
+  Pose T_map_body = Pose::Identity();
+  Pose T_map_odom = Pose::Identity();
+};
 
 /// An object node without its geometry: what subscribers see of it. Fields of hgg.object_t; those of it that are not
 /// here nobody computes yet, and they go out as not known.
@@ -52,6 +60,16 @@ struct Status {
   std::int64_t revision = 0;
   std::string alignment;  // how the last pose came about
   int degenerate = 0;     // directions in which it is odometry's
+};
+
+/// Where messages go: the bus, the log, a viewer. A sink leaves empty what it has no use for. Calls come one at a time,
+/// from the thread that maps, so a slow sink holds up the next frame.
+struct Sink {
+  std::function<void(const PoseUpdate&)> pose;
+  std::function<void(const GraphUpdate&)> graph;
+  std::function<void(const Status&)> status;
+  std::function<void(const std::string&)> warning;  // one line for whoever looks after the robot
+  std::function<std::int64_t()> take_unsent;        // messages it could not deliver since it was last asked
 };
 
 }  // namespace hgg

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Measures everything: simulates the worlds, maps them, holds the maps against the truth, writes docs/evaluation.md and .html.
 
-examples: tools/evaluate.py                      the whole matrix (hours; stops and goes on where it was)
-          tools/evaluate.py --quick              a small matrix, for CI (minutes)
-          tools/evaluate.py --only niw,retrieval  some tables, printed and not written to the document
+examples: tools/matrix/run.py                      the whole matrix (hours; stops and goes on where it was)
+          tools/matrix/run.py --quick              a small matrix, for CI (minutes)
+          tools/matrix/run.py --only niw,retrieval  some tables, printed and not written to the document
 
 Logs, maps and results are kept in --out, each under the hash of what made it (programs, arguments, config): a run that was
 interrupted goes on, a changed program is measured again, a changed hgg-eval on the maps there are. Standard library only.
@@ -18,10 +18,11 @@ import sys
 from pathlib import Path
 
 sys.dont_write_bytecode = True  # beside the sources
-from evaluation.figures import FAILED, NOT_YET, Table
-from evaluation.page import DOCUMENT, charts, page, section
-from evaluation.tables import SENSOR_WORLDS, TABLES, Matrix
-from evaluation.workshop import REPO, Workshop, machine, run_all
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from matrix.figures import FAILED, NOT_YET, Table
+from matrix.page import DOCUMENT, charts, page, section
+from matrix.tables import SENSOR_WORLDS, TABLES, Matrix
+from matrix.workshop import REPO, Workshop, machine, run_all
 
 ODOMETRY = ["true", "excellent", "good", "poor"]
 
@@ -95,7 +96,7 @@ def describe(args, argv):
     shown = [a if " " not in a else repr(a) for a in argv]
     frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive{'' if args.quick else '; those of correction and loops are told there'}"
     options = [a for i, a in enumerate(shown) if a != "--only" and (i == 0 or shown[i - 1] != "--only") and not a.startswith("--only=")]
-    return {"command": " ".join(["tools/evaluate.py", *shown]), "script": " ".join(["tools/evaluate.py", *options]), "commit": commit(),
+    return {"command": " ".join(["tools/matrix/run.py", *shown]), "script": " ".join(["tools/matrix/run.py", *options]), "commit": commit(),
             "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}
 
 
@@ -121,7 +122,7 @@ def measure(workshop, args, info):
         print(f"written: {args.doc} and {written}; a report of every run is in {args.out / 'runs'}")
     errors = sorted({*workshop.errors, *(figures["error"] for figures in matrix.figures.values() if "error" in figures)})
     for error in errors:
-        print(f"evaluate.py: failed: {error}", file=sys.stderr)
+        print(f"run.py: failed: {error}", file=sys.stderr)
     return 1 if errors else 0
 
 

@@ -2,12 +2,12 @@
 import dataclasses
 import json
 
-from evaluation.figures import dig
-from evaluation.workshop import REPO
+from matrix.figures import dig
+from matrix.workshop import REPO
 
 DOCUMENT = """# Evaluation
 
-<!-- Written by tools/evaluate.py; change the text there. -->
+<!-- Written by tools/matrix/run.py; change the text there. -->
 
 What the mapper does in worlds whose truth is known, measured by one command. The same figures to look at: [evaluation.html](evaluation.html).
 
@@ -66,7 +66,7 @@ def charts(matrix):
 def page(tables, info, drawings):
     parts = REPO / "tools" / "eval" / "page"
     data = {**info, "tables": [dataclasses.asdict(t) for t in tables], "charts": drawings}
-    script = (parts / "charts.js").read_text() + (parts / "matrix.js").read_text()
+    script = (parts / "charts.js").read_text() + (REPO / "tools" / "matrix" / "page.js").read_text()
     text = (parts / "run.html").read_text()
     for mark, content in (("/*STYLE*/", (parts / "style.css").read_text()), ("/*SCRIPT*/", script),
                           ("/*DATA*/", json.dumps(data).replace("<", "\\u003c"))):

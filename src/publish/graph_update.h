@@ -12,7 +12,4 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report);
 /// The whole graph at its present revision, for late joiners. `utime_us` is the time of the newest frame.
 GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us);
 
-/// Fills the fields of `status` that describe the map.
-void describeMap(const Map& map, Status& status);
-
 }  // namespace hgg

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""tools/evaluate.py: its arithmetic, its cache and its document, with programs made of a few lines of shell."""
+"""tools/matrix/run.py: its arithmetic, its cache and its document, with programs made of a few lines of shell."""
 import json
 import math
 import os
@@ -15,7 +15,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(REPO / "tools"))
-from evaluation import figures, tables, workshop  # noqa: E402
+from matrix import figures, tables, workshop  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
@@ -152,7 +152,7 @@ class Command(unittest.TestCase):
         self.program("hggmap", MAP.replace("# align", f"align) {answer};;"))
 
     def command(self, *arguments):
-        command = [sys.executable, REPO / "tools" / "evaluate.py", "--build", self.build, "--out", self.dir / "out", "--data", self.dir / "none",
+        command = [sys.executable, REPO / "tools" / "matrix" / "run.py", "--build", self.build, "--out", self.dir / "out", "--data", self.dir / "none",
                    "--jobs", "2", *arguments]
         return {"args": list(map(str, command)), "text": True, "env": {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}}
 

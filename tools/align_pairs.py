@@ -6,9 +6,9 @@ of its own: its odometry is turned about the vertical and shifted at random, as 
 leaves differ too. A pair is positive where the submaps overlap by 40 % or more of the ground the smaller one has surveyed, negative
 where they overlap by 2 % or less or are of different worlds; what lies between is left out.
 
-  tools/evaluate_align.py --build build --work /tmp/align                # everything: hours the first time, minutes from then on
-  tools/evaluate_align.py --build build --work /tmp/align --only office  # one world
-  tools/evaluate_align.py --build build --work /tmp/align --quick        # a few pairs of each world
+  tools/align_pairs.py --build build --work /tmp/align                # everything: hours the first time, minutes from then on
+  tools/align_pairs.py --build build --work /tmp/align --only office  # one world
+  tools/align_pairs.py --build build --work /tmp/align --quick        # a few pairs of each world
 
 Submaps are kept in --work, nothing in the repository. Writes WORK/align.md and WORK/align.json. Exit 0: the bounds hold; 1: they do
 not; 2: a command failed, or there is nothing to judge. Standard library only.

@@ -1,4 +1,4 @@
-#include "publish/publish.h"
+#include "publish/graph_update.h"
 
 #include <gtest/gtest.h>
 
@@ -29,8 +29,12 @@ TEST(Publish, UpdatesAddUpToTheCompleteGraph) {
   std::map<NodeId, ObjectSummary> followed;
   for (const auto& update : drive.updates) {
     EXPECT_FALSE(update.complete);
-    for (const auto& object : update.objects) followed[object.id] = object;
-    for (const NodeId id : update.removed) followed.erase(id);
+    for (const auto& object : update.objects) {
+      followed[object.id] = object;
+    }
+    for (const NodeId id : update.removed) {
+      followed.erase(id);
+    }
   }
   const auto complete = completeGraph(drive.mapper, 5);
   EXPECT_TRUE(complete.complete);
@@ -163,18 +167,10 @@ TEST(Publish, EdgesOfAnUpdateTouchItsObjects) {
       return std::any_of(update.objects.begin(), update.objects.end(), [&](const auto& o) { return o.id == id; });
     };
     EXPECT_FALSE(update.edges.empty());
-    for (const Edge& edge : update.edges) EXPECT_TRUE(has(edge.a) || has(edge.b));
+    for (const Edge& edge : update.edges) {
+      EXPECT_TRUE(has(edge.a) || has(edge.b));
+    }
   }
-}
-
-TEST(Publish, StatusDescribesTheMap) {
-  const Drive drive(3);
-  Status status;
-  describeMap(drive.mapper.map(), status);
-  EXPECT_EQ(status.objects, static_cast<std::int64_t>(drive.mapper.map().confirmedCount()));
-  EXPECT_EQ(status.leaves, static_cast<std::int64_t>(drive.mapper.map().leafCount()));
-  EXPECT_EQ(status.revision, 3);
-  EXPECT_GT(status.map_mb, 0);
 }
 
 }  // namespace

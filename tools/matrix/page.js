@@ -1,4 +1,4 @@
-// The page of tools/evaluate.py: data holds meta figures, tables and what the charts draw.
+// The page of tools/matrix/run.py: data holds meta figures, tables and what the charts draw.
 const data = JSON.parse(document.getElementById("data").textContent);
 const {groups, measures, odometry, worlds, curves} = data.charts;
 const odometryColor = {true: "var(--truth)", excellent: "var(--corrected)", good: "var(--found)", poor: "var(--ghost)"};
@@ -57,5 +57,5 @@ document.querySelector("main").replaceChildren(
     curveCard("Time per frame", "Mean of neighbouring frames, one replay alone on the machine. Must not grow with the map.", "time", "ms"),
     curveCard("Map size", "Must level off where the robot has been before.", "memory", "MB"),
     data.tables.map(tableCard)),
-  el("footer", {}, "Made by tools/evaluate.py; everything is in this one file."));
+  el("footer", {}, "Made by tools/matrix/run.py; everything is in this one file."));
 document.body.append(tip);

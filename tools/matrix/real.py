@@ -4,8 +4,8 @@ import shutil
 import sys
 from pathlib import Path
 
-from evaluation.figures import cells
-from evaluation.workshop import REPO, compact, digest, hash_of, machine, save, words
+from matrix.figures import cells
+from matrix.workshop import REPO, compact, digest, hash_of, machine, save, words
 
 REAL_POSES = {"true poses": "poses.txt", "a real front-end's": "odometry.txt"}
 

@@ -3,9 +3,9 @@ import dataclasses
 import json
 import math
 
-from evaluation.figures import FAILED, NOT_YET, Table, cells, dig, over_seeds, spread
-from evaluation.real import real_rows
-from evaluation.workshop import Drive, Run, is_indoor, main_sensor, radius_of
+from matrix.figures import FAILED, NOT_YET, Table, cells, dig, over_seeds, spread
+from matrix.real import real_rows
+from matrix.workshop import Drive, Run, is_indoor, main_sensor, radius_of
 
 SENSOR_WORLDS = ["street", "office"]  # --full and --worlds take others
 SENSOR_FRAMES = 300

@@ -1,10 +1,8 @@
-#include "publish/publish.h"
+#include "publish/graph_update.h"
 
 #include <algorithm>
 #include <iterator>
 #include <utility>
-
-#include "map/keyframes.h"
 
 namespace hgg {
 namespace {
@@ -57,19 +55,12 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   update.revision = mapper.map().revision();
   update.complete = true;
   for (const auto& [id, node] : mapper.map().nodes()) {
-    if (isConfirmed(node)) update.objects.push_back(summarise(node, mapper.classes()));
+    if (isConfirmed(node)) {
+      update.objects.push_back(summarise(node, mapper.classes()));
+    }
   }
   update.edges = mapper.edges();
   return update;
-}
-
-void describeMap(const Map& map, Status& status) {
-  status.objects = static_cast<std::int64_t>(map.confirmedCount());
-  status.leaves = static_cast<std::int64_t>(map.leafCount());
-  status.keyframes = std::ssize(map.keyframes().poses());
-  status.loops = std::ranges::count_if(map.keyframes().edges(), &KeyframeEdge::is_loop);
-  status.map_mb = map.megabytes();
-  status.revision = map.revision();
 }
 
 }  // namespace hgg

@@ -1,0 +1,28 @@
+#include "bus/lcm_sink.h"
+
+#include <memory>
+#include <utility>
+
+#include "bus/codec.h"
+
+namespace hgg {
+
+Sink lcmSink(Bus& bus, const LcmConfig& lcm) {
+  const auto unsent = std::make_shared<std::int64_t>(0);  // the functions of a sink share it
+  const auto send = [&bus, unsent](const std::string& channel, const std::vector<std::uint8_t>& message) {
+    if (!bus.publish(channel, message)) {
+      ++*unsent;
+    }
+  };
+  Sink sink;
+  sink.pose = [send, lcm](const PoseUpdate& pose) {
+    send(lcm.pose_map, encodePose(pose.utime_us, pose.T_map_body));
+    send(lcm.map_odom, encodeRigidTransform(pose.utime_us, pose.T_map_odom));
+  };
+  sink.graph = [send, lcm](const GraphUpdate& update) { send(lcm.map_objects, encodeGraphUpdate(update)); };
+  sink.status = [send, lcm](const Status& status) { send(lcm.status, encodeStatus(status)); };
+  sink.take_unsent = [unsent] { return std::exchange(*unsent, 0); };
+  return sink;
+}
+
+}  // namespace hgg

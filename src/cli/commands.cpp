@@ -1,0 +1,11 @@
+#include "cli/commands.h"
+
+namespace hgg {
+
+void addCommands(CLI::App& app, Action& action) {
+  for (const auto add : {addRun, addReplay, addExport, addAlign, addInfo}) {
+    add(app, action);
+  }
+}
+
+}  // namespace hgg

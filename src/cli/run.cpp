@@ -1,0 +1,86 @@
+#include "run.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "cli/commands.h"
+#include "map/file.h"
+
+namespace hgg {
+namespace {
+
+struct RunOptions {
+  std::string config, lcm_url, map, out = "out/run";
+  bool print_config = false;
+};
+
+/// The map to go on from, an empty one where none is named.
+Result<Map> startingMap(const std::string& path, const LoadedConfig& loaded) {
+  if (path.empty()) {
+    return Result<Map>::ok({});
+  }
+  Result<StoredMap> stored = loadMap(path);
+  if (!stored) {
+    return Result<Map>::fail(stored.error);
+  }
+  if (const std::string why = explainMismatch(stored->map, loaded.config, loaded.classes); !why.empty()) {
+    return Result<Map>::fail(fmt::format("{}: {}", path, why));
+  }
+  return Result<Map>::ok(std::move(stored->map));
+}
+
+int run(const RunOptions& o) {
+  const std::atomic<bool>& stop = stopOnSignals();
+  Result<LoadedConfig> loaded = loadConfig(o.config);
+  if (!loaded) {
+    return fail(loaded.error);
+  }
+  Config& config = loaded->config;
+  if (!o.lcm_url.empty()) {
+    config.lcm.url = o.lcm_url;
+  }
+  if (o.print_config) {
+    fmt::print("{}", printConfig(config));
+    return kDone;
+  }
+  Result<Map> map = startingMap(o.map, *loaded);
+  if (!map) {
+    return fail(map.error);
+  }
+  Result<OutputDirectory> out = OutputDirectory::open(o.out);
+  if (!out) {
+    return fail(out.error);
+  }
+  Mapper mapper(config, loaded->classes, std::move(*map), LoopTiming::kPrompt);
+  const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
+    out->add(report, timing, mapper.map());
+  };
+  const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame);
+  if (!counts) {
+    return fail(counts.error);
+  }
+  mapper.finish();
+  if (const std::string error = out->finish(mapper, *counts); !error.empty()) {
+    return fail(error);
+  }
+  summarise(mapper, *counts, *out);
+  return kDone;
+}
+
+}  // namespace
+
+void addRun(CLI::App& app, Action& action) {
+  const auto o = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand("run", "Map live from LCM until Ctrl-C, then save");
+  command->add_option("--config", o->config, "TOML config (default: built-in, see --print-config)");
+  command->add_option("--lcm-url", o->lcm_url, "LCM provider, overrides lcm.url of the config");
+  command->add_option("--map", o->map, "map.hgg to go on from");
+  command->add_option("--out", o->out, "directory for map.hgg, trajectory.tum, stats.json")->capture_default_str();
+  command->add_flag("--print-config", o->print_config, "print the effective config with every key explained, and exit");
+  command->footer("Example:\n  hggmap run --config firmware_cfg/semantickitti/hggmap.toml --out maps/today");
+  command->callback([o, &action] { action = [o] { return run(*o); }; });
+}
+
+}  // namespace hgg

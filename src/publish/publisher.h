@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "mapper.h"
+#include "publish/health.h"
+#include "publish/messages.h"
+#include "stats.h"
+
+namespace hgg {
+
+/// Tells the sinks what the mapper does: the results of every frame, a status a second, the whole graph now and then
+/// for those who joined late, and a warning where something is wrong. What a sink makes of it is the sink's affair.
+class Publisher {
+ public:
+  using Clock = std::function<Micros()>;  // must not go back
+
+  /// `mapper` must outlive the publisher.
+  Publisher(const Mapper& mapper, std::vector<Sink> sinks, Clock clock);
+
+  /// Publishes what a step found. Returns the cost of the frame with a stage "publish" added.
+  FrameTiming publishFrame(const StepReport& report, FrameTiming timing);
+  /// Publishes what is due by the clock; to be called several times a second, frames or not.
+  void tick(const RunCounts& counts);
+
+ private:
+  template <typename Message>
+  void send(std::function<void(const Message&)> Sink::*channel, const Message& message);
+  void warnOfIdleness(const CountsAt& now);
+  void warnOfTroubles(const CountsAt& now);
+  void publishCompleteGraph(Micros now_us);
+
+  const Mapper& mapper_;
+  std::vector<Sink> sinks_;
+  Clock clock_;
+  LatestFrame latest_;
+  CountsAt last_;                           // at the last status
+  Micros next_complete_us_, next_idle_us_;  // not before these
+};
+
+}  // namespace hgg
