@@ -158,7 +158,8 @@ void Mapper::finish() {
 MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const Pose T_last_body = last_ ? Pose(last_->pose.T_map_body.inverse() * T_map_body) : Pose::Identity();
-  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
+  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1,
+                                      config_.map.active_radius, config_.creation.sigma_floor);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
   ++frames_;
   travel_ = travelOn(travel_, T_last_body, alignment, is_jump, config_);
