@@ -1,6 +1,6 @@
 // Holds the rule of the house: includes point one way.
 //
-//   core < config < map < creation < alignment < correction < mapper < top (pipeline, run, replay, output, stats, main)
+//   core < config < map < creation < alignment < place < correction < mapper < top (pipeline, run, replay, output, stats, main)
 //
 // bus, frame, query, traversability and publish hang off the side: they see the core (and the map, or the mapper, to
 // report on it) and never each other's insides. What they do share are two headers of plain structs, which any room may
@@ -77,8 +77,9 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"creation", {"core", "config", "map"}},
     {"alignment",
      {"core", "config", "map", "creation"}},  // compares the map's graph, built by creation's rule, with the frame's
-    {"correction", {"core", "config", "map", "creation", "alignment"}},
-    {"mapper", {"core", "config", "map", "creation", "alignment", "correction"}},
+    {"place", {"core", "config", "map", "alignment"}},
+    {"correction", {"core", "config", "map", "creation", "alignment", "place"}},
+    {"mapper", {"core", "config", "map", "creation", "alignment", "place", "correction"}},
     {"bus", {"core", "config"}},
     {"frame", {"core", "config"}},
     {"query", {"core", "config", "map"}},
