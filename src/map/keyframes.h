@@ -13,47 +13,50 @@ struct TimedPose {
   Pose T_map_body = Pose::Identity();
 };
 
-/// What is known of how two keyframes lie to each other: by alignment from one to the next, by the part of the map that
-/// one was aligned with while it is anchored to the other, or by a closed loop.
+/// A measurement of the relative pose of two keyframes. It comes from alignment or odometry between a keyframe and the
+/// next, from aligning one keyframe with nodes that are anchored to the other, or from a closed loop.
 struct BetweenConstraint {
   KeyframeId a = 0, b = 0;
   Pose T_a_b = Pose::Identity();
   double sigma = 0;       // m, standard deviation per axis
   double sigma_turn = 0;  // rad
-  bool is_loop = false;   // found again without the help of odometry: may be wrong
+  bool is_loop = false;   // from a closed loop: may be wrong
 };
 
-/// How far apart the beliefs about two places may have drifted, one standard deviation.
+/// By how much the relative pose of two keyframes may be wrong, one standard deviation.
 struct Drift {
   double position = 0;  // m
   double turn = 0;      // rad
 };
 
-/// Keyframes and what moves them (T_map_map), ascending.
+/// Keyframes and the rigid motions that move them (T_map_map), ascending by keyframe.
 using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
 
-/// The poses a robot went through, one every 2 m or 20 degrees, and what ties them together. Nodes of the map hang on
-/// them: what moves a keyframe moves its nodes.
+/// Poses of the robot, one every 2 m or 20 degrees, and the between constraints that tie them together. Each node of
+/// the map is anchored to a keyframe and moves rigidly with it.
 class KeyframeGraph {
  public:
   const std::vector<TimedPose>& poses() const { return poses_; }
   const std::vector<BetweenConstraint>& edges() const { return edges_; }
-  /// Edges of one keyframe, oldest first.
+  /// Constraints of one keyframe, oldest first.
   std::vector<BetweenConstraint> edgesOf(KeyframeId id) const;
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
 
-  /// The newest of those at a place, or where it was passed nearest; -1 when there are none.
+  /// The newest of the keyframes at a place, which are those within 2 m of the distance of the nearest one; -1 when
+  /// there are none.
   KeyframeId newestAt(const Vec3& p_map) const;
-  /// True when `T_map_body` is far enough from the last keyframe (or the first one) to be one.
+  /// True when `T_map_body` is far enough from the last keyframe to become one, or when there are none yet.
   bool needsOne(const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);
   void connect(const BetweenConstraint& edge);
-  /// Makes ties among the keyframes that were moved say how they lie now. Closed loops stay as they were found.
+  /// Sets the constraints among the moved keyframes to their relative poses of now. Closed loops stay as they were
+  /// found.
   void remeasure(const KeyframeMoves& moves);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
 
-  /// Drift from `from` to every keyframe, along the edges that let least of it come together: deviations of the edges,
-  /// and what the turn so far makes of an edge's length. A negative position marks those with `reach` (m) or more.
+  /// Drift from keyframe `from` to every keyframe, along the path of constraints with the least drift. Along a path the
+  /// deviations of the constraints add up as independent ones, and the turn so far swings every further constraint by
+  /// its length. A negative position marks keyframes with a drift of `reach` (m) or more.
   std::vector<Drift> driftFrom(KeyframeId from, double reach) const;
 
  private:

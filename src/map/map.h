@@ -12,66 +12,66 @@
 
 namespace hgg {
 
-/// What a frame takes the place of a thing of the map for: the part of a view for each class, one in all when all of
-/// the thing is in it.
+/// How a frame labels the place of a thing: a share of a view for each class. The shares add up to one (or to the
+/// weight of the frame) when the frame sees all of the thing.
 struct ClassEvidence {
   NodeId id = 0;
   ClassWeights views;
 };
 
-/// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
+/// What one frame changes in the map: nodes as they are after fusion. fuse() computes it, Map::apply() carries it out.
 struct MapUpdate {
   TimedPose pose;
-  std::vector<BetweenConstraint> constraints;  // of the pose to keyframes, should it become one; their b is not used
-  std::vector<MapNode> changed;                // existing ids, whole new state
-  std::vector<MapNode> created;                // id 0: the map gives them one
+  std::vector<BetweenConstraint> constraints;  // added if the pose becomes a keyframe, as b (their own b is not used)
+  std::vector<MapNode> changed;                // existing nodes in their new state
+  std::vector<MapNode> created;                // with id 0: the map gives them one
   std::vector<NodeId> removed;                 // absorbed into another node, or faded
-  std::vector<ClassEvidence> evidence;         // of existing things that are otherwise as they were
-  bool is_sequel = false;                      // to the frame before it, whose revision it belongs to
+  std::vector<ClassEvidence> evidence;         // for existing things that do not change otherwise
+  bool is_sequel = false;                      // belongs to the revision of the frame before it
 };
 
-/// What correction does to the map: keyframes and where they are to be, and loops that were closed.
+/// What correction changes in the map: new poses of keyframes, and loops that were closed.
 struct MapCorrection {
   std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
   std::vector<BetweenConstraint> loops;
-  bool is_measured = false;  // constraints among the moved follow: more was looked at than when they were made
+  bool is_measured = false;  // constraints among the moved keyframes take over the new poses, which know more than they
 };
 
-/// Ids a revision touched, for subscribers.
+/// The ids of the nodes that a revision touched, for subscribers. All ascending.
 struct MapDelta {
   std::int64_t revision = 0;
-  std::vector<NodeId> changed;      // created, changed or witnessed, ascending
-  std::vector<NodeId> moved;        // rigidly with their anchors and otherwise as they were, ascending
-  std::vector<NodeId> removed;      // ascending
-  std::vector<NodeId> reactivated;  // active from now on, ascending: may be there twice
-  std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
+  std::vector<NodeId> changed;  // created, changed, or with new class evidence
+  std::vector<NodeId> moved;    // rigidly with their anchor keyframes, and not changed otherwise
+  std::vector<NodeId> removed;
+  std::vector<NodeId> reactivated;  // not active before, active now: the same object may have a second node
+  std::vector<NodeId> colliding;    // stuff that was moved into a tile that has another node
 };
 
 /// The global scene graph. Only apply() mutates it.
 ///
-/// A node is active when its anchor lies within the reach of the last keyframe (KeyframeGraph::driftFrom). What is not
-/// may have drifted so far that a frame would be laid over the wrong part of it: frames meet active nodes only, until a
-/// loop is closed.
+/// A node is active when the drift between its anchor keyframe and the last keyframe is below the drift reach
+/// (KeyframeGraph::driftFrom). Frames are only matched with active nodes: the other parts of the map may have drifted
+/// so far that a frame would be matched with the wrong object. They become active again when a loop is closed.
 class Map {
  public:
   MapDelta apply(MapUpdate update);
-  /// Moves each node rigidly with its anchor. Tiles are named anew by where they have come to lie. Belongs to the
-  /// revision of the frame before it.
+  /// Moves keyframes, and each node rigidly with its anchor keyframe. Stuff nodes are assigned the tiles that they lie
+  /// in afterwards. Belongs to the revision of the frame before it.
   MapDelta apply(const MapCorrection& correction);
 
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }
   const MapNode* find(NodeId id) const;
   /// The active node of a tile, the oldest where there are more; nullptr when there is none.
   const MapNode* findTile(ClassId label, const Tile& tile) const;
-  /// All of them, ascending: what has moved may have come to lie on another.
+  /// All active nodes of a tile, ascending. There can be several after a loop has moved one onto another.
   std::vector<NodeId> activeOfTile(ClassId label, const Tile& tile) const;
   /// Ids of active nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not
   /// on the map.
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
-  /// The same of all nodes.
+  /// The same for all nodes, active or not.
   std::vector<NodeId> nearAnywhere(const Vec3& centre, double radius) const;
   bool isActive(const MapNode& node) const { return isActive(node.anchor); }
-  /// Whether what hangs on a keyframe is active; true for none (-1).
+  /// Whether the nodes anchored to a keyframe are active; true for none (-1).
   bool isActive(KeyframeId id) const;
   const KeyframeGraph& keyframes() const { return keyframes_; }
   std::int64_t revision() const { return revision_; }
@@ -79,21 +79,23 @@ class Map {
   const std::map<ClassId, std::string>& classNames() const { return class_names_; }
   void setClassNames(std::map<ClassId, std::string> names) { class_names_ = std::move(names); }
 
-  /// Edge of the tiles that bound its stuff nodes, m; 0 until set.
+  /// Edge of the tiles that bound stuff nodes, m; 0 until set.
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
-  /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or tie.
+  /// Sets the drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or
+  /// constraint.
   void setDriftReach(double reach) { drift_reach_ = reach; }
-  /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
+  /// Makes the nodes active that are within reach of keyframe `id`, at which the robot goes on in a stored map.
   void startAt(KeyframeId id);
 
-  /// How many of the nodes are believed in.
+  /// Number of nodes that are confirmed (isConfirmed).
   std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
   double megabytes() const;
 
-  /// The id the next new node gets. An id is given once, also across save and load: what is gone stays gone.
+  /// The id that the next new node gets. An id is given once only, also across save and load, so that the id of a
+  /// removed node never comes to mean another.
   NodeId nextId() const { return next_id_; }
 
   /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above
