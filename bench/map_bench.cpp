@@ -23,6 +23,12 @@ Mapper lapped() {
   return mapper;
 }
 
+std::vector<ClassEvidence> evidenceOf(const LocalGraph& local, const Mapper& mapper, const Frame& frame) {
+  const Config& config = mapper.config();
+  return classEvidence(local, mapper.map(), frame.T_odom_body, 1, config.map.active_radius,
+                       config.creation.sigma_floor);
+}
+
 void CoarseCorrespondence(benchmark::State& state) {
   const Mapper mapper = lapped();
   const Frame frame = simulatedFrame(20);
@@ -38,7 +44,7 @@ void Fuse(benchmark::State& state) {
   const Frame frame = simulatedFrame(20);
   const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
   const auto pairs = coarseCorrespondence(local, mapper.map(), frame.T_odom_body, mapper.config());
-  const auto evidence = classEvidence(local, mapper.map(), frame.T_odom_body, 1, mapper.config());
+  const auto evidence = evidenceOf(local, mapper, frame);
   for (auto _ : state) {
     benchmark::DoNotOptimize(
         fuse(mapper.map(), local, frame.T_odom_body, pairs, evidence, mapper.classes(), mapper.config()));
@@ -51,7 +57,7 @@ void Evidence(benchmark::State& state) {
   const Frame frame = simulatedFrame(20);
   const LocalGraph local = createLocalGraph(frame, frame.T_odom_body, mapper.classes(), mapper.config());
   for (auto _ : state) {
-    benchmark::DoNotOptimize(classEvidence(local, mapper.map(), frame.T_odom_body, 1, mapper.config()));
+    benchmark::DoNotOptimize(evidenceOf(local, mapper, frame));
   }
 }
 BENCHMARK(Evidence)->Unit(benchmark::kMillisecond);

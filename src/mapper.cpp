@@ -132,7 +132,8 @@ PoseBelief Mapper::start(const Pose& T_odom_body) {
 MapDelta Mapper::update(const LocalGraph& local, const Alignment& alignment, const Pose& T_last_body,
                         const std::optional<NewKeyframe>& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
-  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1, config_);
+  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1,
+                                      config_.map.active_radius, config_.creation.sigma_floor);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
   update.keyframe = keyframe;
   return map_.apply(std::move(update));

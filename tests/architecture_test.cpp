@@ -86,7 +86,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"creation", {"core", "config", "map"}},
     {"alignment",
      {"core", "config", "map", "creation"}},  // compares the map's graph, built by creation's rule, with the frame's
-    {"place", {"core", "config", "map", "creation", "alignment"}},
+    {"place", {"core", "config", "map", "alignment"}},
     {"correction", {"core", "config", "map", "creation", "alignment", "place"}},
     {"mapper", {"core", "config", "map", "creation", "alignment", "place", "correction"}},
     {"stats", {"core", "config", "map", "correction"}},

@@ -8,12 +8,15 @@
 namespace hgg {
 namespace {
 
-constexpr int kEdgeSamples = 1;      // K of eq. edge_cost
-constexpr double kRobustScale = 2;   // standard deviations
+// Measured: docs/method.md, "Alignment", has the tables.
+constexpr int kEdgeSamples = 1;      // K of eq. edge_cost; two or three changed nothing and cost a millisecond
+constexpr double kRobustScale = 2;   // standard deviations; 3 let the far face of a wall pull the pose
 constexpr double kLeafNoise = 0.01;  // m, floor of a leaf's thickness
-constexpr double kLoosest = 5;       // m
 /// Leaves of a frame share its errors: each counts as this share of an independent one.
 constexpr double kLeafShare = 0.3;
+/// m, the largest standard deviation that regularized() loosens a leaf to. Far above leaf_gate, so that it only keeps
+/// the numbers in range; chosen by hand.
+constexpr double kLoosest = 5;
 
 std::vector<GaussianPair> objectGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                           double sigma_floor) {
@@ -75,12 +78,11 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
   return gaussians;
 }
 
-/// Splits the tangent by who knows it better, in the metric of the prior: keeps the pairs' word where they know more,
-/// the prior's where they do not.
+/// The tangent split into directions that the pairs know better than the prior, and directions in which the prior does.
 struct Split {
-  Mat6 kept;         // projects a difference to the prior onto what the pairs know
-  Mat6 information;  // of the pairs, without that of the directions in which they are not heard
-  std::vector<Vec6> degenerate;
+  Mat6 kept;                     // projects a difference to the prior onto what the pairs know better
+  Mat6 information;              // of the pairs in these directions
+  std::vector<Vec6> degenerate;  // the other directions, normalized
 };
 
 Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
@@ -135,7 +137,8 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   const auto edges = edgeGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
   objects.insert(objects.end(), edges.begin(), edges.end());
   Registration found = registerPairs(objects, 1, prior, prior.T_map_body, kRobustScale);
-  const auto leaves = fineCorrespondence(local, map, alignment.pairs, found.T_map_body, config);
+  const auto leaves =
+      fineCorrespondence(local, map, alignment.pairs, found.T_map_body, config.alignment, config.creation.sigma_floor);
   found = registerPairs(leafGaussians(local, map, alignment.pairs, leaves), kLeafShare, prior, found.T_map_body,
                         kRobustScale);
   alignment.leaf_pairs = leaves.size();

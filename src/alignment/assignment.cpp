@@ -67,10 +67,11 @@ std::vector<int> assignWide(const Eigen::MatrixXd& cost) {
   return column_of;
 }
 
-struct Reach {
+/// A column that a path has come to, and the length of the path.
+struct PathEnd {
   double distance;
   int column;
-  bool operator>(const Reach& o) const { return distance != o.distance ? distance > o.distance : column > o.column; }
+  bool operator>(const PathEnd& o) const { return distance != o.distance ? distance > o.distance : column > o.column; }
 };
 
 /// Shortest augmenting paths over adjacency lists. Besides its candidates every row has a slot of its own that costs
@@ -118,13 +119,13 @@ class SparseAssignment {
   /// Next nearest column that is not done; -1 when a slot is nearer.
   int nextColumn() {
     while (!heap_.empty()) {
-      const Reach reach = heap_.top();
-      if (reach.distance >= slot_distance_) {
+      const PathEnd end = heap_.top();
+      if (end.distance >= slot_distance_) {
         return -1;
       }
       heap_.pop();
-      if (!done_[static_cast<std::size_t>(reach.column)]) {
-        return reach.column;
+      if (!done_[static_cast<std::size_t>(end.column)]) {
+        return end.column;
       }
     }
     return -1;
@@ -183,7 +184,7 @@ class SparseAssignment {
   std::vector<int> from_;
   std::vector<bool> done_;
   std::vector<std::size_t> touched_;
-  std::priority_queue<Reach, std::vector<Reach>, std::greater<>> heap_;
+  std::priority_queue<PathEnd, std::vector<PathEnd>, std::greater<>> heap_;
   double slot_distance_ = kInfinity;
   int slot_row_ = -1;
 };

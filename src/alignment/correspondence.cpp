@@ -11,15 +11,15 @@
 namespace hgg {
 namespace {
 
-/// The map around the robot, as a graph that can be compared with a frame's.
-struct ActiveGraph {
+/// The active nodes around the robot, with what a comparison with the frame's graph needs of theirs.
+struct MapNeighborhood {
   std::vector<const MapNode*> nodes;          // ascending by id
-  std::vector<NeighborHistogram> histograms;  // of things near one of the frame's; of the others empty
+  std::vector<NeighborHistogram> histograms;  // one for each node; empty where no thing of the frame is near
 };
 
-/// Means farther apart than this are no pair. A cost in metres is never below the distance of the means, so with a
+/// Means farther apart than this (m) are no pair. A cost in metres is never below the distance of the means, so with a
 /// share of it in the cost this prunes nothing that could pass the gate.
-double reachOf(const AlignmentConfig& config) {
+double largestPairDistance(const AlignmentConfig& config) {
   return config.geometry_share > 0 ? config.gate / config.geometry_share : config.gate;
 }
 
@@ -33,30 +33,30 @@ std::vector<Vec3> thingMeans(const LocalGraph& local, const Pose& T_map_body) {
   return means;
 }
 
-ActiveGraph activeGraph(const LocalGraph& local, const Map& map, const Pose& T_map_body, const Config& config) {
-  ActiveGraph active;
+MapNeighborhood neighborhoodOf(const LocalGraph& local, const Map& map, const Pose& T_map_body, const Config& config) {
+  MapNeighborhood around;
   std::vector<Vec3> means;
   std::vector<ClassId> labels;
   std::vector<int> asked;
   const std::vector<Vec3> seen = thingMeans(local, T_map_body);
-  const double square_reach = std::pow(reachOf(config.alignment), 2);
+  const double square_gate = std::pow(largestPairDistance(config.alignment), 2);
   for (const NodeId id : map.near(T_map_body.translation(), config.map.active_radius)) {
     const MapNode* node = map.find(id);
     const Vec3& mean = node->belief.mean;
-    if (!node->stuff && std::any_of(seen.begin(), seen.end(),
-                                    [&](const Vec3& p) { return (p - mean).squaredNorm() <= square_reach; })) {
+    if (!node->stuff &&
+        std::any_of(seen.begin(), seen.end(), [&](const Vec3& p) { return (p - mean).squaredNorm() <= square_gate; })) {
       asked.push_back(static_cast<int>(means.size()));
     }
-    active.nodes.push_back(node);
+    around.nodes.push_back(node);
     means.push_back(mean);
     labels.push_back(node->label);
   }
   const std::vector<std::vector<int>> neighbors = relativeNeighborsOf(means, asked);
-  active.histograms.resize(means.size());
+  around.histograms.resize(means.size());
   for (std::size_t k = 0; k < asked.size(); ++k) {
-    active.histograms[static_cast<std::size_t>(asked[k])] = histogramOf(labels, neighbors[k]);
+    around.histograms[static_cast<std::size_t>(asked[k])] = histogramOf(labels, neighbors[k]);
   }
-  return active;
+  return around;
 }
 
 std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
@@ -67,11 +67,11 @@ std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
   return neighborHistograms(labels, local.edges);
 }
 
-std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGraph& active, const Pose& T_map_body,
+std::vector<Candidate> thingCandidates(const LocalGraph& local, const MapNeighborhood& around, const Pose& T_map_body,
                                        const Config& all) {
   const AlignmentConfig& config = all.alignment;
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
-  const double reach = reachOf(config);
+  const double farthest = largestPairDistance(config);
   std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < local.objects.size(); ++i) {
     const LocalObject& object = local.objects[i];
@@ -79,13 +79,15 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const ActiveGrap
       continue;
     }
     const Belief seen = transform(T_map_body, object.belief);
-    for (std::size_t j = 0; j < active.nodes.size(); ++j) {
-      const MapNode& node = *active.nodes[j];
-      if (node.stuff || node.label != object.label || (node.belief.mean - seen.mean).squaredNorm() > reach * reach) {
+    for (std::size_t j = 0; j < around.nodes.size(); ++j) {
+      const MapNode& node = *around.nodes[j];
+      if (node.stuff || node.label != object.label ||
+          (node.belief.mean - seen.mean).squaredNorm() > farthest * farthest) {
         continue;
       }
-      const double cost = config.geometry_share * pairCost(seen, node.belief, all) +
-                          (1 - config.geometry_share) * histogramDistance(histograms[i], active.histograms[j]);
+      const double apart = pairCost(seen, node.belief, all.ablation.cost, all.creation.sigma_floor, farthest);
+      const double cost = config.geometry_share * apart +
+                          (1 - config.geometry_share) * histogramDistance(histograms[i], around.histograms[j]);
       candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});
     }
   }
@@ -102,7 +104,8 @@ std::size_t strideOf(const LocalGraph& local, const std::vector<ObjectPair>& pai
   return std::max<std::size_t>(1, (leaves + most - 1) / most);
 }
 
-/// A leaf is matched to one of this many nearest: more would only cost time.
+/// A leaf is matched to one of this many nearest leaves, so that the assignment has a choice where two want the same
+/// one. Chosen by hand, not measured.
 constexpr std::size_t kNearestLeaves = 4;
 
 /// Candidates (row of the frame's leaf, column of the node's): the nearest within the gate of `mean_node`.
@@ -127,7 +130,9 @@ void addLeafCandidates(const std::vector<Leaf>& leaves, const Eigen::Vector3f& m
   }
 }
 
-constexpr int kStructureRounds = 2;  // h of the features
+/// Rounds h of the Weisfeiler-Lehman features. Chosen by hand: docs/method.md, "Weisfeiler-Lehman features", finds that
+/// the features change nothing.
+constexpr int kStructureRounds = 2;
 
 Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {
   std::vector<Belief> leaves;
@@ -141,13 +146,11 @@ Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {
 /// gate^2 D / (1 + D) so that it can be weighed against a squared distance below the gate.
 class StructureCost {
  public:
-  StructureCost(const LocalObject& object, const MapNode& node, const Config& config)
-      : square_gate_(config.alignment.leaf_gate * config.alignment.leaf_gate),
-        share_(config.alignment.leaf_geometry_share) {
+  StructureCost(const LocalObject& object, const MapNode& node, const AlignmentConfig& config, double sigma_floor)
+      : square_gate_(config.leaf_gate * config.leaf_gate), share_(config.leaf_geometry_share) {
     if (share_ < 1) {
-      const double floor = config.creation.sigma_floor;
-      local_ = wlFeatures(object.leaves, geometryEdges(object.leaves), kStructureRounds, floor);
-      map_ = featuresOf(node, floor);
+      local_ = wlFeatures(object.leaves, geometryEdges(object.leaves), kStructureRounds, sigma_floor);
+      map_ = featuresOf(node, sigma_floor);
     }
   }
 
@@ -169,9 +172,9 @@ class StructureCost {
 }  // namespace
 
 std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
-                                         const Pose& T_map_body, const Config& config) {
-  const auto gate = static_cast<float>(config.alignment.leaf_gate);
-  const std::size_t stride = strideOf(local, pairs, config.alignment.max_leaf_pairs);
+                                         const Pose& T_map_body, const AlignmentConfig& config, double sigma_floor) {
+  const auto gate = static_cast<float>(config.leaf_gate);
+  const std::size_t stride = strideOf(local, pairs, config.max_leaf_pairs);
   std::vector<LeafPair> rows;      // leaves of the frame that take part
   std::vector<int> first_columns;  // of a pair's node: a column stands for one leaf
   std::vector<Candidate> candidates;
@@ -181,7 +184,7 @@ std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map
     const LocalObject& object = local.objects[static_cast<std::size_t>(pairs[p].local)];
     const MapNode& node = *map.find(pairs[p].map);
     const Pose T_node_object = node.T_map_object.inverse() * T_map_body * object.T_body_object;
-    const StructureCost costOf(object, node, config);
+    const StructureCost costOf(object, node, config, sigma_floor);
     for (std::size_t u = 0; u < object.leaves.size(); ++u, ++leaf) {
       if (leaf % stride == 0) {
         const std::size_t first = candidates.size();
@@ -215,9 +218,9 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
       pairs.push_back({static_cast<int>(i), node->id, 0});
     }
   }
-  const ActiveGraph active = activeGraph(local, map, T_map_body, config);
-  for (const Candidate& c : assignSparse(thingCandidates(local, active, T_map_body, config), config.alignment.gate)) {
-    pairs.push_back({c.row, active.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
+  const MapNeighborhood around = neighborhoodOf(local, map, T_map_body, config);
+  for (const Candidate& c : assignSparse(thingCandidates(local, around, T_map_body, config), config.alignment.gate)) {
+    pairs.push_back({c.row, around.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
   }
   std::sort(pairs.begin(), pairs.end(), [](const ObjectPair& a, const ObjectPair& b) { return a.local < b.local; });
   return pairs;

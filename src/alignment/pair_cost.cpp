@@ -7,9 +7,12 @@
 namespace hgg {
 namespace {
 
-/// The axis-parallel box that holds an evenly spread Gaussian of this extent.
+/// An evenly filled interval ends sqrt(3) standard deviations from its middle.
+constexpr double kSquareHalfWidth = 3;  // variances
+
+/// The axis-parallel box that has this extent when it is evenly filled.
 Eigen::AlignedBox3d boxOf(const Belief& belief, double sigma_floor) {
-  const Vec3 half = (3 * withFloor(belief.cov, sigma_floor).diagonal()).cwiseSqrt();
+  const Vec3 half = (kSquareHalfWidth * withFloor(belief.cov, sigma_floor).diagonal()).cwiseSqrt();
   return {Vec3(belief.mean - half), Vec3(belief.mean + half)};
 }
 
@@ -21,14 +24,12 @@ double intersectionOverUnion(const Eigen::AlignedBox3d& a, const Eigen::AlignedB
 
 }  // namespace
 
-double pairCost(const Belief& seen, const Belief& known, const Config& config) {
-  if (config.ablation.cost == PairCost::kCentroid) {
+double pairCost(const Belief& seen, const Belief& known, PairCost kind, double sigma_floor, double apart) {
+  if (kind == PairCost::kCentroid) {
     return (seen.mean - known.mean).norm();
   }
-  if (config.ablation.cost == PairCost::kIou) {
-    const double floor = config.creation.sigma_floor, share = config.alignment.geometry_share;
-    const double apart = 1 - intersectionOverUnion(boxOf(seen, floor), boxOf(known, floor));
-    return apart * config.alignment.gate / (share > 0 ? share : 1);
+  if (kind == PairCost::kIou) {
+    return apart * (1 - intersectionOverUnion(boxOf(seen, sigma_floor), boxOf(known, sigma_floor)));
   }
   return wasserstein2(seen, known);
 }

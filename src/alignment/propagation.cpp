@@ -10,9 +10,13 @@
 namespace hgg {
 namespace {
 
-/// Standard deviations of a pose that is known: small, and still invertible.
-constexpr double kKnown = 1e-4, kKnownTurn = 1e-5;               // m, rad
-constexpr double kLongestWay = 30, kWidestTurn = 120 * kDegree;  // m, rad, between two frames
+// All of these were chosen by hand; docs/method.md, "Degenerate directions", says what for.
+/// Standard deviations of a pose that is known: far below what alignment can tell, and still invertible.
+constexpr double kKnown = 1e-4, kKnownTurn = 1e-5;  // m, rad
+/// Standard deviations of a pose in a stored map, or after a jump of odometry.
+constexpr double kResumed = 0.3, kResumedTurn = 3 * kDegree;  // m, rad
+/// The largest motion of a robot between two frames.
+constexpr double kLongestWay = 30, kWidestTurn = 120 * kDegree;  // m, rad
 /// Motions from which on odometry's jitter counts in full; at rest it has none.
 constexpr double kFullMotion = 0.05, kFullTurn = kDegree;  // m, rad
 
@@ -43,7 +47,7 @@ std::optional<PoseBelief> propagatePose(const PoseBelief& last, const Pose& T_la
 
 PoseBelief startPose(const Pose& T_map_body, bool gauge) {
   Vec6 deviations;
-  deviations << Vec3::Constant(gauge ? kKnown : 0.3), Vec3::Constant(gauge ? kKnownTurn : 3 * kDegree);
+  deviations << Vec3::Constant(gauge ? kKnown : kResumed), Vec3::Constant(gauge ? kKnownTurn : kResumedTurn);
   return {T_map_body, deviations.cwiseAbs2().cwiseInverse().asDiagonal()};
 }
 

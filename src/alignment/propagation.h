@@ -7,13 +7,13 @@
 
 namespace hgg {
 
-/// The pose after an odometry motion T_last_body, from the last refined pose: its uncertainty is carried along and
-/// grows with the way and the turn (config.odometry_*), next to nothing at rest. nullopt where the motion is none a
-/// robot makes between two frames (more than 30 m or 120 degrees): odometry has jumped.
+/// The pose after an odometry motion T_last_body from the last refined pose. Its uncertainty is carried along and grows
+/// with the distance and the turn (config.odometry_*), next to nothing at rest. nullopt where odometry has jumped: no
+/// robot moves by more than 30 m or 120 degrees between two frames.
 std::optional<PoseBelief> propagatePose(const PoseBelief& last, const Pose& T_last_body, const AlignmentConfig& config);
 
-/// The pose a new map starts from, known exactly as the map's frame is a gauge; or (`gauge` false) that of a robot
-/// that goes on in a map it has, or whose odometry jumped: good to 0.3 m and 3 degrees.
+/// The pose that a drive starts from. In a new map (`gauge` true) it is known exactly, because it defines the map's
+/// frame. In a stored map, or after a jump of odometry, it is known to 0.3 m and 3 degrees.
 PoseBelief startPose(const Pose& T_map_body, bool gauge);
 
 }  // namespace hgg

@@ -10,8 +10,15 @@
 namespace hgg {
 namespace {
 
-constexpr int kMaxIterations = 30;
-constexpr double kConverged = 1e-5;  // m and rad
+constexpr int kMaxIterations = 30;   // chosen by hand, not measured; what has converged ends earlier
+constexpr double kConverged = 1e-5;  // m and rad, a thousandth of the deviation of a single leaf
+/// Levenberg-Marquardt's damping: ten times more after a step that failed, ten times less after one that succeeded, as
+/// Marquardt (1963) has it. The bounds were chosen by hand: the least damping does nothing, and the first that a failed
+/// step asks for does a little.
+constexpr double kFirstDamping = 1e-6, kDampingRise = 10, kDampingFall = 0.1, kLeastDamping = 1e-9,
+                 kLeastRaisedDamping = 1e-4;
+/// Share of the largest diagonal entry that keeps the system regular.
+constexpr double kRegular = 1e-12;
 
 /// The terms of one pair: d = R mu_i + t - mu_j and y = W d.
 struct Term {
@@ -76,10 +83,10 @@ RegistrationSystem withPrior(const RegistrationSystem& of_pairs, double weight, 
           weight * of_pairs.hessian + 2 * J.transpose() * prior.information * J};
 }
 
-/// Marquardt's step; the floor keeps it finite where neither pairs nor prior say anything.
+/// Marquardt's step. The floor keeps it finite in directions of which neither pairs nor prior say anything.
 Vec6 dampedStep(const RegistrationSystem& system, double damping) {
   Mat6 A = system.hessian;
-  const double floor = 1e-12 * std::max(A.diagonal().maxCoeff(), 1e-12);
+  const double floor = kRegular * std::max(A.diagonal().maxCoeff(), kRegular);
   A.diagonal() += damping * A.diagonal() + Vec6::Constant(floor);
   return A.ldlt().solve(-system.gradient);
 }
@@ -112,21 +119,21 @@ Registration registerPairs(std::span<const GaussianPair> pairs, double weight, c
   fillTerms(pairs, T_start, terms);
   RegistrationSystem of_pairs = derivatives(terms, c2);
   double cost = weight * robustCost(terms, c2) + priorCost(prior, T_start);
-  double damping = 1e-6;
+  double damping = kFirstDamping;
   for (int k = 0; k < kMaxIterations && !result.converged; ++k) {
     const Vec6 step = dampedStep(withPrior(of_pairs, weight, prior, result.T_map_body), damping);
     const Pose T = retract(result.T_map_body, step);
     fillTerms(pairs, T, terms);
     const double next_cost = weight * robustCost(terms, c2) + priorCost(prior, T);
     if (next_cost > cost) {
-      damping = std::max(10 * damping, 1e-4);
+      damping = std::max(kDampingRise * damping, kLeastRaisedDamping);
       continue;
     }
     result.converged = step.cwiseAbs().maxCoeff() < kConverged;
     result.T_map_body = T;
     of_pairs = derivatives(terms, c2);
     cost = next_cost;
-    damping = std::max(0.1 * damping, 1e-9);
+    damping = std::max(kDampingFall * damping, kLeastDamping);
   }
   result.information = 0.5 * weight * of_pairs.hessian;
   return result;

@@ -8,8 +8,8 @@
 
 namespace hgg {
 
-/// A Gaussian of the frame (body frame) and the one of the map (map frame) it stands for. Covariances are
-/// positive-definite (floored), m^2.
+/// A Gaussian of the frame (body frame) and the Gaussian of the map (map frame) that it is matched with. Covariances
+/// are positive-definite (floored), m^2.
 struct GaussianPair {
   Vec3 mean_body = Vec3::Zero();
   Mat3 cov_body = Mat3::Identity();
@@ -21,7 +21,7 @@ struct GaussianPair {
 double registrationCost(std::span<const GaussianPair> pairs, const Pose& T_map_body);
 
 /// Derivatives of the robust cost sum_i s_i / (1 + s_i / c^2) (Geman-McClure) at a pose, s_i being the terms of eq.
-/// co_reg. What is far off, like the other face of a wall, is not heard at all.
+/// co_reg and c = robust_scale. Pairs that are far off, like the other face of a wall, have next to no influence.
 struct RegistrationSystem {
   double cost = 0;
   Vec6 gradient = Vec6::Zero();  // exact: the turn of Sigma_i is in it
@@ -35,8 +35,8 @@ struct Registration {
   bool converged = false;
 };
 
-/// eq. regis: minimises the robust cost of the pairs, weighted by `weight`, plus the prior's xi^T information xi, by
-/// Levenberg-Marquardt from `T_start`. Without pairs it is the prior's pose.
+/// eq. regis: minimises the robust cost of the pairs, times `weight`, plus the prior's xi^T information xi, by
+/// Levenberg-Marquardt from `T_start`. Without pairs the result is the prior's pose.
 Registration registerPairs(std::span<const GaussianPair> pairs, double weight, const PoseBelief& prior,
                            const Pose& T_start, double robust_scale);
 

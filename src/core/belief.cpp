@@ -53,7 +53,7 @@ Belief transform(const Pose& T_a_b, const Belief& b) {
   return {T_a_b * b.mean, R * b.cov * R.transpose(), b.kappa};
 }
 
-Mat3 positionCovariance(const Belief& b) { return b.cov / std::max(b.kappa, 1.0); }
+Mat3 covarianceOfIndependentPoints(const Belief& b) { return b.cov / std::max(b.kappa, 1.0); }
 
 double wasserstein2(const Belief& a, const Belief& b) {
   const double spread = a.cov.trace() + b.cov.trace() - 2 * nuclearNormOfRoots(a.cov, b.cov);

@@ -7,15 +7,16 @@
 namespace hgg {
 
 /// A Gaussian under the Normal-Inverse-Wishart belief NIW(mean, kappa, kappa * cov, nu = kappa + 4) (eq. niw):
-/// E[mu] = mean, E[Sigma] = cov, Cov[mu] = cov / kappa. `cov` is the physical extent (population covariance, m^2),
-/// `kappa` the evidence in points; it adds and is never normalised.
+/// E[mu] = mean, E[Sigma] = cov. `cov` is the physical extent (population covariance, m^2), `kappa` the evidence in
+/// points, which adds up when beliefs merge. How well the mean is known is another matter: core/position_uncertainty.h.
 struct Belief {
   Vec3 mean = Vec3::Zero();
   Mat3 cov = Mat3::Zero();
   double kappa = 0;
 };
 
-/// Running sums of points, shifted by `origin` so that covariances far from the map's origin keep their digits.
+/// Running sums of points relative to `origin`: choose it near the points, so that covariances far from the map's
+/// origin keep their digits.
 class Moments {
  public:
   explicit Moments(const Vec3& origin) : origin_(origin) {}
@@ -41,8 +42,10 @@ Belief beliefFromPoints(std::span<const Vec3> points);
 Belief merge(const Belief& a, const Belief& b);
 /// The belief in frame a, given T_a_b and the belief in frame b.
 Belief transform(const Pose& T_a_b, const Belief& b);
-/// Cov[mu] = cov / kappa, m^2.
-Mat3 positionCovariance(const Belief& b);
+/// Cov[mu] of the Normal-Inverse-Wishart belief, cov / kappa (m^2): how well the mean would be known if the points were
+/// independent, which they are not. For comparison only; positionCovariance (core/position_uncertainty.h) is the model
+/// that holds.
+Mat3 covarianceOfIndependentPoints(const Belief& b);
 
 /// 2-Wasserstein distance of the two Gaussians in m (eq. wass).
 double wasserstein2(const Belief& a, const Belief& b);

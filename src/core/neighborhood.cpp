@@ -7,7 +7,8 @@
 namespace hgg {
 namespace {
 
-/// A k-d tree over the points as nested ranges of `order`; boxes are tight.
+/// A k-d tree over the points as nested ranges of `order`; boxes are tight. It is our own because the searches below
+/// prune whole boxes by a condition of the caller, which nanoflann's interface (nearest k, or a radius) does not offer.
 class PointTree {
  public:
   struct Node {

@@ -8,11 +8,13 @@
 
 namespace hgg {
 
-/// Relative neighbourhood graph: pairs (i < j), ascending, such that no k has max(d(i,k), d(j,k)) < d(i,j). Exact.
-/// Pruned by nearest neighbours over a k-d tree: about n log n on scenes, quadratic only for adversarial point sets.
+/// Relative neighbourhood graph, exact: the pairs (i < j), ascending, for which no third point k is closer to both of
+/// them than they are to each other, max(d(i,k), d(j,k)) < d(i,j). Nearest neighbours prune the search over a k-d tree,
+/// so that it takes about n log n on scenes and is quadratic only for adversarial point sets.
 std::vector<std::pair<int, int>> relativeNeighborhood(std::span<const Vec3> points);
 
-/// The neighbours in that graph of each point of `of` (indices), ascending. Costs what those points cost, and a tree.
+/// The neighbours in that graph of each point of `of` (indices into points), ascending. The cost is that of these
+/// points and of building the tree.
 std::vector<std::vector<int>> relativeNeighborsOf(std::span<const Vec3> points, std::span<const int> of);
 
 }  // namespace hgg

@@ -31,8 +31,8 @@ double turnOf(const Pose& T);
 /// a): a turn about b's origin also swings c's origin.
 Mat6 tangentTransport(const Vec3& arm);
 
-/// The rigid transform that a product of many has strayed from by rounding: inverses by transposition, multiplied on,
-/// would let that grow without bound.
+/// T with its rotation made orthonormal again. Products of many transforms stray from that by rounding, and as inverses
+/// are taken by transposition, the error would grow without bound.
 Pose orthonormalized(const Pose& T);
 
 }  // namespace hgg

@@ -10,7 +10,7 @@ namespace hgg {
 /// The bytes of a whole file, which may be empty; nullopt when it cannot be read (missing, a directory, no permission).
 std::optional<std::string> readFile(const std::string& path);
 
-/// (fmt::join draws a false overflow warning out of GCC 12.)
+/// The parts with `separator` between them. (fmt::join makes GCC 12 warn of an overflow that is none.)
 std::string join(const std::vector<std::string>& parts, std::string_view separator);
 
 }  // namespace hgg

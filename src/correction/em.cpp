@@ -47,7 +47,10 @@ std::vector<Density> densitiesOf(std::span<const Belief> leaves, double lambda) 
   return densities;
 }
 
-/// Points sorted into cubic cells, x running fastest: the points of a row of cells are consecutive.
+/// Points sorted into cubic cells, x running fastest, so that a row of cells is one run of points. A leaf looks at the
+/// cells of the box around its ellipsoid. nanoflann's radius search looks at a ball, which holds far more points around
+/// flat leaves: 500 leaves among 20,000 points took 4.3 ms with it where they lie side by side and 12.9 ms where they
+/// overlap, against 1.4 ms and 6.3 ms with the grid (bench/em_bench's leaves and points).
 struct PointGrid {
   Vec3 low = Vec3::Zero();
   double cell = 1;  // m

@@ -7,7 +7,8 @@
 namespace hgg {
 namespace {
 
-/// Weights of the ablation: those of a good view of an object half a metre across.
+/// The ablation's weights: those of a fair view of an object half a metre across, chosen by hand. The ablation only
+/// asks what weighing all alike costs.
 constexpr double kUniformCount = 10, kUniformSigma = 0.1;  // points, m
 
 }  // namespace
@@ -17,8 +18,8 @@ ObjectObservation observationOf(const Belief& belief, double views, double sigma
   if (noise.uniform_weights) {
     return {belief.mean, cov, Mat3::Identity() / (kUniformSigma * kUniformSigma), 0.5 * kUniformCount};
   }
-  const double count = 1 / (1 / belief.kappa + noise.view_share * noise.view_share / views);
-  const Mat3 cov_mean = cov / count + noise.view_noise * noise.view_noise / views * Mat3::Identity();
+  const double count = 1 / extentShare(noise.position, belief.kappa, views);
+  const Mat3 cov_mean = cov / count + noiseVariance(noise.position, views) * Mat3::Identity();
   const Mat3 information = cov_mean.inverse();
   return {belief.mean, cov, 0.5 * (information + information.transpose()), 0.5 * count};
 }

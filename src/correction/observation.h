@@ -1,15 +1,14 @@
 #pragma once
 
 #include "core/belief.h"
+#include "core/position_uncertainty.h"
 
 namespace hgg {
 
-/// How far one frame's view of an object is believed. The points of one scan are not independent, and a partial view or
-/// an uneven segment moves the centroid by more than Sigma / kappa.
+/// How far the window trusts what a frame saw of an object.
 struct ObservationNoise {
-  double view_share = 0.7;       // a centroid's error per view, as a share of the object's own spread
-  double view_noise = 0.05;      // m, a centroid's error per view whatever the object's size
-  double most_views = 10;        // what a belief from before the window is worth at most
+  PositionModel position = kPositionOfView;
+  double most_views = 10;        // what a belief from before the window is worth at most; chosen by hand, not measured
   bool uniform_weights = false;  // ablation: every observation weighs the same, whatever was seen
 };
 
@@ -23,9 +22,10 @@ struct ObjectObservation {
   double extent_information = 1;             // of each entry of r_Sigma
 };
 
-/// n_eff = 1 / (1/kappa + view_share^2 / views), Cov[mu_obs] = cov / n_eff + view_noise^2 / views I and n_eff / 2 for
-/// the extent, cov being floored by sigma_floor (m). `views` is 1 for what one frame saw and more for a belief gathered
-/// over several. Needs kappa > 0 and a floored cov that is positive-definite.
+/// The mean's information is the inverse of positionCovariance (core/position_uncertainty.h) by `noise.position`; the
+/// extent's is n_eff / 2, n_eff = 1 / extentShare being the independent points that the view is worth. cov is floored
+/// by sigma_floor (m). `views` is 1 for what one frame saw and more for a belief gathered over several. Needs kappa > 0
+/// and a floored cov that is positive-definite.
 ObjectObservation observationOf(const Belief& belief, double views, double sigma_floor, const ObservationNoise& noise);
 
 }  // namespace hgg

@@ -9,15 +9,15 @@
 
 namespace hgg {
 
-/// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d). slope is the beam
-/// factor times the vertical beam spacing (rad): beams of a spinning LiDAR spread with range. slope < 0.15.
+/// Largest gap inside a cluster as a function of range d (m): r(d) = max(radius_min, slope * d), because the beams of a
+/// spinning LiDAR spread with range. slope is the beam factor times the vertical beam spacing (rad), below 0.15.
 struct RadiusLaw {
   float radius_min = 0.5F;
   float slope = 0;
   float at(float range) const { return std::max(radius_min, slope * range); }
 };
 
-/// True when the points are neighbours: closer to each other than r of the nearer one's range.
+/// True when the points are closer to each other than r at the range of the nearer one.
 inline bool areNeighbours(const PackedPoint& p, const PackedPoint& q, const RadiusLaw& law) {
   const PackedPoint d = p - q;
   const float square = (d * d).sum();
@@ -25,9 +25,9 @@ inline bool areNeighbours(const PackedPoint& p, const PackedPoint& q, const Radi
          square < law.slope * law.slope * std::min((p * p).sum(), (q * q).sum());
 }
 
-/// Euclidean clustering: the connected components of areNeighbours, exactly, in time linear in the number of points for
-/// bounded density. Returns a component per point, numbered by first appearance. Points must be finite and
-/// within 2^20 cells (radius_min / sqrt(3)) of the origin.
+/// Euclidean clustering: the connected components of areNeighbours, exactly. Returns the component of each point,
+/// numbered by first appearance. Time is linear in the number of points as long as their density is bounded. Points
+/// must be finite and within 2^20 cells (radius_min / sqrt(3)) of the origin.
 std::vector<std::int32_t> clusterEuclidean(std::span<const PackedPoint> points, const RadiusLaw& law);
 
 }  // namespace hgg

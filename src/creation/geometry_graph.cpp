@@ -8,6 +8,9 @@
 namespace hgg {
 namespace {
 
+/// A part with a smaller share of the points is a sliver. Chosen by hand: it only bounds the depth of the partition.
+constexpr std::size_t kSliver = 16;  // one in 16
+
 struct Split {
   int axis = 0;
   float at = 0;
@@ -35,7 +38,7 @@ std::size_t splitPoints(std::span<PackedPoint> points, const Split& split) {
   const auto middle =
       std::partition(points.begin(), points.end(), [&](const PackedPoint& p) { return p[split.axis] < split.at; });
   const auto left = static_cast<std::size_t>(middle - points.begin());
-  if (16 * std::min(left, points.size() - left) >= points.size()) {
+  if (kSliver * std::min(left, points.size() - left) >= points.size()) {
     return left;
   }
   std::nth_element(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(points.size() / 2), points.end(),

@@ -13,9 +13,9 @@ namespace hgg {
 /// right-handed.
 Pose objectFrame(const Belief& belief);
 
-/// k-d partition of an instance's points (reordered in place) until a part has at most `leaf_points`; splits the widest
-/// axis at its mean. A part is cut again where it would bridge a gap wider than `bridge` allows at its range, so that
-/// no leaf spans the empty space between two clumps of a stuff tile. Each part becomes a leaf Gaussian in the object
+/// k-d partition of an instance's points (body frame, reordered in place): the widest axis is split at its mean until a
+/// part has at most `leaf_points`. A part is split again at a gap wider than `bridge` allows at its range, so that no
+/// leaf spans the empty space between two clumps of a stuff tile. Each part becomes a leaf Gaussian in the object
 /// frame.
 std::vector<LocalLeaf> partitionLeaves(std::span<PackedPoint> points, const Pose& T_body_object, int leaf_points,
                                        const RadiusLaw& bridge);

@@ -10,17 +10,18 @@
 
 namespace hgg {
 
-/// Points of one object of a frame; `points` is a range of Instances::points.
+/// The points of one object of a frame.
 struct Instance {
   ClassId label = 0;
-  std::uint32_t instance = 0;
+  std::uint32_t instance = 0;  // the segmenter's, 0 = none
   bool stuff = false;
-  Tile tile;
-  std::size_t begin = 0, end = 0;
+  Tile tile;                       // stuff only
+  std::size_t begin = 0, end = 0;  // its points in Instances::points
 };
 
-/// A frame cut into instances: things by Euclidean clustering inside each (class, segmenter instance), stuff by
-/// map-frame tiles. Points of dropped clusters stay in `points` without an instance.
+/// A frame cut into instances. Things are clusters (clusterEuclidean) of the points with one class and one instance id
+/// of the segmenter; stuff is cut by the tiles of the map frame. Points of clusters that are too small stay in `points`
+/// without an instance.
 struct Instances {
   std::vector<PackedPoint> points;
   std::vector<Instance> list;
@@ -30,6 +31,8 @@ struct Instances {
 /// r(d) with the beam spacing of the config and the given smallest radius (m).
 RadiusLaw radiusLaw(const CreationConfig& config, double radius_min);
 
+/// Cuts a frame into instances. T_map_body, the predicted pose, only lays the tiles of stuff. Points that are not
+/// finite, out of range, of an ignored class or of an unknown label are left out and counted.
 Instances segmentInstances(const Frame& frame, const Pose& T_map_body, const ClassTable& classes, const Config& config);
 
 }  // namespace hgg

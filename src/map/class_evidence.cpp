@@ -10,86 +10,92 @@
 namespace hgg {
 namespace {
 
-constexpr std::size_t kMostLeaves = 24;                 // of a thing that are asked, spread evenly over it
-constexpr double kFullWay = 0.05, kFullTurn = kDegree;  // m, rad: motion that makes a view a new one
-constexpr double kAtRest = 0.02;                        // of a view
-constexpr double kReach = 3;                            // standard deviations
-const double kCoincident = std::sqrt(0.125);            // share of a leaf's points in the window of one just like it
+// Chosen by hand but for kCoincident; the tables of docs/method.md, "What a node is", were measured with them.
+constexpr std::size_t kMostLeaves = 24;                 // of a thing that vote, spread evenly over it: bounds the work
+constexpr double kFullWay = 0.05, kFullTurn = kDegree;  // m, rad: motion after which a view counts in full
+constexpr double kAtRest = 0.02;                        // weight of a view at rest
+constexpr double kHalfVotePoints = 1;                   // points in a footprint that give its leaf half a vote
+/// Standard deviations from its mean at which a footprint ends: it has fallen to exp(-4.5), one in a hundred.
+constexpr double kFootprintSigmas = 3;
+/// Share of a leaf's points in its own footprint: sqrt(|S| / |2 S|) in three dimensions.
+const double kCoincident = std::sqrt(0.125);
 
 /// Axis-aligned box around a Gaussian's mass.
 struct Box {
   Eigen::Array3d low, high;
   Box(const Belief& b, double margin) {
-    const Eigen::Array3d half = kReach * b.cov.diagonal().array().cwiseMax(0).sqrt() + margin;
+    const Eigen::Array3d half = kFootprintSigmas * b.cov.diagonal().array().cwiseMax(0).sqrt() + margin;
     low = b.mean.array() - half, high = b.mean.array() + half;
   }
   bool meets(const Box& other) const { return (low <= other.high).all() && (other.low <= high).all(); }
 };
 
-/// A leaf in the map frame, its covariance with the sensor's floor.
-struct Window {
+/// The soft footprint exp(-d^T Sigma^-1 d / 2) of a leaf, in the map frame; Sigma is the leaf's covariance with the
+/// sensor's floor.
+struct Footprint {
   Vec3 mean;
   Mat3 cov;
   double kappa, trace, determinant;
 };
 
-Window windowOf(const Pose& T_map_object, const Belief& leaf, double sigma_floor) {
+Footprint footprintOf(const Pose& T_map_object, const Belief& leaf, double sigma_floor) {
   const Belief b = transform(T_map_object, leaf);
-  Window w{b.mean, b.cov, b.kappa, 0, 0};
-  w.cov.diagonal().array() += sigma_floor * sigma_floor;
-  w.trace = w.cov.trace();
-  w.determinant = w.cov.determinant();
-  return w;
+  Footprint f{b.mean, b.cov, b.kappa, 0, 0};
+  f.cov.diagonal().array() += sigma_floor * sigma_floor;
+  f.trace = f.cov.trace();
+  f.determinant = f.cov.determinant();
+  return f;
 }
 
-/// Share of the points of `leaf` expected in the soft window: the integral of N(x; leaf) exp(-d^T Sigma^-1 d / 2).
-double shareIn(const Window& window, const Window& leaf) {
-  const Vec3 d = leaf.mean - window.mean;
-  if (d.squaredNorm() > kReach * kReach * (window.trace + leaf.trace)) {
+/// Share of the points of `leaf` that is expected in the footprint: the integral of N(x; leaf) exp(-d^T Sigma^-1 d /
+/// 2).
+double shareIn(const Footprint& footprint, const Footprint& leaf) {
+  const Vec3 d = leaf.mean - footprint.mean;
+  if (d.squaredNorm() > kFootprintSigmas * kFootprintSigmas * (footprint.trace + leaf.trace)) {
     return 0;
   }
-  const Mat3 sum = window.cov + leaf.cov;
+  const Mat3 sum = footprint.cov + leaf.cov;
   Mat3 inverse;
   double determinant = 0;
   bool invertible = false;
   sum.computeInverseAndDetWithCheck(inverse, determinant, invertible, 0.0);
-  return invertible ? std::sqrt(window.determinant / determinant) * std::exp(-0.5 * d.dot(inverse * d)) : 0;
+  return invertible ? std::sqrt(footprint.determinant / determinant) * std::exp(-0.5 * d.dot(inverse * d)) : 0;
 }
 
-std::vector<Window> windowsOf(const MapNode& node, double sigma_floor) {
+std::vector<Footprint> footprintsOf(const MapNode& node, double sigma_floor) {
   const Leaves& leaves = leavesOf(node);
   const std::size_t stride = (leaves.size() + kMostLeaves - 1) / kMostLeaves;
-  std::vector<Window> windows;
+  std::vector<Footprint> footprints;
   for (std::size_t v = 0; v < leaves.size(); v += stride) {
-    windows.push_back(windowOf(node.T_map_object, unpackLeaf(leaves[v]), sigma_floor));
+    footprints.push_back(footprintOf(node.T_map_object, unpackLeaf(leaves[v]), sigma_floor));
   }
-  return windows;
+  return footprints;
 }
 
-std::vector<Window> windowsOf(const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
+std::vector<Footprint> footprintsOf(const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
   const Pose T_map_object = T_map_body * object.T_body_object;
-  std::vector<Window> windows;
-  windows.reserve(object.leaves.size());
+  std::vector<Footprint> footprints;
+  footprints.reserve(object.leaves.size());
   for (const LocalLeaf& leaf : object.leaves) {
-    windows.push_back(windowOf(T_map_object, leaf, sigma_floor));
+    footprints.push_back(footprintOf(T_map_object, leaf, sigma_floor));
   }
-  return windows;
+  return footprints;
 }
 
-/// An object of the frame in the map frame, its leaves once somebody asks.
+/// An object of the frame, in the map frame. Its leaves are filled in when they are first needed.
 struct Seen {
   const LocalObject* object;
   Box box;
-  std::vector<Window> leaves;
+  std::vector<Footprint> leaves;
 };
 
-/// Points of each class in the window.
-ClassWeights pointsIn(const Window& window, const std::vector<const Seen*>& around) {
+/// Points of each class in the footprint.
+ClassWeights pointsIn(const Footprint& footprint, const std::vector<const Seen*>& around) {
   ClassWeights points;
   for (const Seen* s : around) {
     double sum = 0;
-    for (const Window& leaf : s->leaves) {
-      sum += leaf.kappa * shareIn(window, leaf);
+    for (const Footprint& leaf : s->leaves) {
+      sum += leaf.kappa * shareIn(footprint, leaf);
     }
     if (sum > 0) {
       addWeight(points, s->object->label, sum);
@@ -98,25 +104,27 @@ ClassWeights pointsIn(const Window& window, const std::vector<const Seen*>& arou
   return points;
 }
 
-/// Every leaf of the thing speaks for the class that has most points in its window, so that what reaches over from a
-/// neighbour does not count; one with a single point says half of what it can.
+/// Every leaf of the thing votes for the class that has most points in its footprint, so that the few points of a
+/// neighbour's that lie there do not count.
 ClassWeights viewsAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map_body, double sigma_floor) {
   const Box box(node.belief, sigma_floor);
   std::vector<const Seen*> around;
   for (Seen& s : seen) {
     if (box.meets(s.box)) {
-      if (s.leaves.empty()) s.leaves = windowsOf(*s.object, T_map_body, sigma_floor);
+      if (s.leaves.empty()) {
+        s.leaves = footprintsOf(*s.object, T_map_body, sigma_floor);
+      }
       around.push_back(&s);
     }
   }
   ClassWeights views;
-  const std::vector<Window> windows = around.empty() ? std::vector<Window>{} : windowsOf(node, sigma_floor);
-  for (const Window& window : windows) {
-    const ClassWeights here = pointsIn(window, around);
+  const std::vector<Footprint> footprints = around.empty() ? std::vector<Footprint>{} : footprintsOf(node, sigma_floor);
+  for (const Footprint& footprint : footprints) {
+    const ClassWeights here = pointsIn(footprint, around);
     const auto most = std::ranges::max_element(here, {}, &ClassWeights::value_type::second);
     if (most != here.end()) {
       const double n = sumOf(here);
-      addWeight(views, most->first, n / (n + 1) / static_cast<double>(windows.size()));
+      addWeight(views, most->first, n / (n + kHalfVotePoints) / static_cast<double>(footprints.size()));
     }
   }
   return views;
@@ -125,16 +133,15 @@ ClassWeights viewsAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T
 }  // namespace
 
 std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
-                                         const Config& config) {
-  const double floor = config.creation.sigma_floor;
+                                         double radius, double sigma_floor) {
   std::vector<Seen> seen;
   for (const LocalObject& object : local.objects) {
-    seen.push_back({&object, Box(transform(T_map_body, object.belief), floor), {}});
+    seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
   }
   std::vector<ClassEvidence> evidence;
-  for (const NodeId id : map.near(T_map_body.translation(), config.map.active_radius)) {
+  for (const NodeId id : map.near(T_map_body.translation(), radius)) {
     const MapNode& node = *map.find(id);
-    ClassWeights views = node.stuff ? ClassWeights{} : viewsAt(node, seen, T_map_body, floor);
+    ClassWeights views = node.stuff ? ClassWeights{} : viewsAt(node, seen, T_map_body, sigma_floor);
     for (auto& [label, amount] : views) {
       amount *= static_cast<float>(weight);
     }
@@ -151,15 +158,15 @@ double viewWeight(const Pose& T_last_body) {
 }
 
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
-  std::vector<Window> windows;
+  std::vector<Footprint> footprints;
   for (const Leaf& leaf : leavesOf(node)) {
-    windows.push_back(windowOf(node.T_map_object, unpackLeaf(leaf), sigma_floor));
+    footprints.push_back(footprintOf(node.T_map_object, unpackLeaf(leaf), sigma_floor));
   }
   double on = 0, all = 0;
-  for (const Window& leaf : windowsOf(object, T_map_body, sigma_floor)) {
+  for (const Footprint& leaf : footprintsOf(object, T_map_body, sigma_floor)) {
     double share = 0;
-    for (const Window& window : windows) {
-      share += shareIn(window, leaf);
+    for (const Footprint& footprint : footprints) {
+      share += shareIn(footprint, leaf);
     }
     on += leaf.kappa * std::min(share / kCoincident, 1.0), all += leaf.kappa;
   }

@@ -46,10 +46,11 @@ void observe(MapNode& node, const LocalObject& object, const Pose& T_map_body, M
   node.last_us = std::max(node.last_us, utime_us);
 }
 
-/// Things that exist with less probability are dropped.
+/// A thing whose existence falls below this is dropped: fewer than one view in twenty-eight finds it. Chosen by hand,
+/// not measured.
 constexpr double kFaded = 0.1;
 
-/// An object with a larger share of its points on the surface of a thing is that thing.
+/// An object with a larger share of its points on the surface of a thing is that thing. Chosen by hand, not measured.
 constexpr double kSameSurface = 0.5;
 
 /// The likeliest class among those of things. A thing's own class counts even when the class table has changed.
@@ -64,9 +65,9 @@ ClassId likeliestThing(ClassBelief belief, const ClassTable& classes, ClassId ow
 /// Nodes touched by this frame, in a working copy; ids of new nodes are negative until the map gives them real ones.
 using Touched = std::map<NodeId, MapNode>;
 
-/// The thing of another class on whose surface the object lies: what a segmenter takes for something else for a while.
-/// A thing that this frame has under its own name (`paired`, ascending) is not meant. nullptr when there is none, or
-/// when the object is rather a piece of its own class.
+/// The thing of another class on whose surface the object lies: the object is that thing under a wrong label. Things
+/// that this frame has under their own label (`paired`, ascending) are left out. nullptr when there is none, or when
+/// the object rather is a piece of a thing of its own class.
 const MapNode* findMistaken(const Map& map, const LocalObject& object, const Pose& T_map_body,
                             const std::vector<NodeId>& paired, const Config& config) {
   const MapNode* best = nullptr;
@@ -111,8 +112,8 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   return touched;
 }
 
-/// A box holds its uniformly spread surface within sqrt(3) standard deviations of its middle along each axis, a surface
-/// seen from one side within about two.
+/// Half of a box's side in standard deviations of what is spread over it: sqrt(3) where it is evenly filled, about two
+/// where only one side was seen. Chosen by hand between these and more, not measured.
 constexpr double kBoxSigmas = 2;
 
 /// True when `p` lies inside the box of the belief's extent.
@@ -122,10 +123,11 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
   return (d.array() < kBoxSigmas * e.values.array().sqrt()).all();
 }
 
-/// How far pieces of one object can be apart, in cluster radii: what hides the surface between them also cuts clusters.
+/// How far apart pieces of one object can be, in cluster radii: something that hides the surface between them also cuts
+/// clusters. Chosen by hand; docs/method.md, "One object, two nodes", says what the rule gains.
 constexpr double kFragmentDistance = 2;
 
-/// An evenly spread patch ends this many standard deviations from its middle.
+/// An evenly filled patch ends sqrt(3) standard deviations from its middle.
 constexpr double kPatchSigmas = 1.732;
 
 /// Distance between two leaves along the line of their means, each reaching kPatchSigmas from its own.

@@ -9,23 +9,25 @@
 
 namespace hgg {
 
-/// Ablation: half and half whatever the evidence. Mean (a + b) / 2, covariance the average plus the spread of the two
-/// means; kappa adds.
+/// Ablation: a merge that gives both beliefs the same weight whatever their evidence. The mean is (a + b) / 2, the
+/// covariance the average plus the spread of the two means; kappa adds up.
 Belief mergeSymmetrically(const Belief& a, const Belief& b);
 
-/// Merge of two map nodes, conjugate by default: beliefs and leaves; `keep` keeps its id and frame.
+/// Merges the beliefs, class beliefs and leaves of `other` into `keep`, which keeps its id and its object frame. The
+/// merge of beliefs is conjugate (eq. merge) unless `rule` says otherwise.
 void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rule = merge);
 
-/// Map update: matched objects merge into their nodes, unmatched ones become nodes, or join the thing of another class
-/// on whose surface they lie. The evidence goes into the class beliefs; things get the label of their likeliest class,
-/// and go when their existence has faded. Then same-class things that are one object merge (a segmenter splits an
-/// object, a grazing beam leaves a gap in it). Returns what the map has to change.
+/// Computes what a frame changes in the map. Matched objects (`pairs`) merge into their nodes. Unmatched ones become
+/// new nodes, or join the thing of another class on whose surface they lie. `evidence` is added to the class beliefs; a
+/// thing takes the label of its likeliest class and is removed when its existence falls below 0.1. Then things of one
+/// class that are one object merge: a segmenter may have split it, or a grazing beam may have left a gap in it.
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
                const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config);
 
-/// Merges each of `overlaid` (ids, ascending; what is gone or not active is passed over) with the active nodes it is
-/// one with: stuff of one tile, things that are one object. What a loop has brought together, or what was out of reach
-/// for a while. A sequel to the frame before it.
+/// Computes how each node of `overlaid` (ids, ascending) merges with the active nodes that are the same object: stuff
+/// of one tile, things that are one object. These are nodes that a loop closure has moved onto others, or that were out
+/// of reach and are active again. Ids of nodes that are gone or not active are skipped. The update is a sequel to the
+/// frame before it.
 MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, const ClassTable& classes,
                           const Config& config);
 

@@ -13,7 +13,7 @@ namespace hgg {
 /// A leaf Gaussian of a frame's geometry graph, in the object frame.
 using LocalLeaf = Belief;
 
-/// An object node of one frame, body frame. The object frame T_body_object has its origin at the mean and its axes
+/// An object of one frame, in the body frame. The object frame T_body_object has its origin at the mean and its axes
 /// along the eigenvectors of the extent.
 struct LocalObject {
   ClassId label = 0;
@@ -23,7 +23,7 @@ struct LocalObject {
   Belief belief;
   Pose T_body_object = Pose::Identity();
   std::vector<LocalLeaf> leaves;
-  std::size_t begin = 0, end = 0;  // its points among the graph's
+  std::size_t begin = 0, end = 0;  // its points in LocalGraph::points
 };
 
 struct LocalEdge {
@@ -31,12 +31,12 @@ struct LocalEdge {
   double weight = 0;  // eq. rel_weights
 };
 
-/// G_t: what one frame says, before the map is asked anything.
+/// G_t: the objects of one frame, made without looking at the map.
 struct LocalGraph {
   Micros utime_us = 0;
   std::vector<LocalObject> objects;
   std::vector<LocalEdge> edges;
-  std::vector<PackedPoint> points;  // kept, body frame
+  std::vector<PackedPoint> points;  // body frame, without those that were left out and counted below
   std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
 };
 

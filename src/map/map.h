@@ -13,8 +13,8 @@
 
 namespace hgg {
 
-/// What a frame takes the place of a thing of the map for: the part of a view for each class, one in all when all of
-/// the thing is in it.
+/// How a frame labels the place of a thing: a share of a view for each class. The shares add up to one (or to the
+/// weight of the frame) when the frame sees all of the thing.
 struct ClassEvidence {
   NodeId id = 0;
   ClassWeights views;
@@ -43,14 +43,14 @@ struct MapCorrection {
   bool is_measured = false;  // by more than the constraints among the moved say: these are set to the new poses
 };
 
-/// Ids a revision touched, for subscribers.
+/// The ids of the nodes that a revision touched, for subscribers. All ascending.
 struct MapDelta {
   std::int64_t revision = 0;
-  std::vector<NodeId> changed;      // created, changed or witnessed, ascending
-  std::vector<NodeId> moved;        // rigidly with their anchors and otherwise as they were, ascending
-  std::vector<NodeId> removed;      // ascending
-  std::vector<NodeId> reactivated;  // active from now on, ascending: may be there twice
-  std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
+  std::vector<NodeId> changed;  // created, changed, or with new class evidence
+  std::vector<NodeId> moved;    // rigidly with their anchor keyframes, and not changed otherwise
+  std::vector<NodeId> removed;
+  std::vector<NodeId> reactivated;  // not active before, active now: the same object may have a second node
+  std::vector<NodeId> colliding;    // stuff that was moved into a tile that has another node
 };
 
 /// What was done first and then, as one change. Each node is named once: as removed before as changed, and as changed
@@ -65,14 +65,14 @@ struct MapPage {
 
 /// The global scene graph. Only apply() changes what it says; paging (map/paging.h) changes what of it is in memory.
 ///
-/// A node is active when its anchor lies within the reach of the last keyframe (KeyframeGraph::driftFrom). What is not
-/// may have drifted so far that a frame would be laid over the wrong part of it: frames meet active nodes only, until a
-/// loop is closed.
+/// A node is active when the drift between its anchor keyframe and the last keyframe is below the drift reach
+/// (KeyframeGraph::driftFrom). Frames are only matched with active nodes: the other parts of the map may have drifted
+/// so far that a frame would be matched with the wrong object. They become active again when a loop is closed.
 class Map {
  public:
   MapDelta apply(MapUpdate update);
-  /// Moves each node rigidly with its anchor. Tiles are named anew by where they have come to lie. Belongs to the
-  /// revision of the frame before it.
+  /// Moves keyframes, and each node rigidly with its anchor keyframe. Stuff nodes are assigned the tiles that they lie
+  /// in afterwards. Belongs to the revision of the frame before it.
   MapDelta apply(const MapCorrection& correction);
 
   const std::map<NodeId, MapNode>& nodes() const { return nodes_; }
@@ -82,15 +82,15 @@ class Map {
   GeometryBlock geometry(NodeId id) const;
   /// The active node of a tile, the oldest where there are more; nullptr when there is none.
   const MapNode* findTile(ClassId label, const Tile& tile) const;
-  /// All of them, ascending: what has moved may have come to lie on another.
+  /// All active nodes of a tile, ascending. There can be several after a loop has moved one onto another.
   std::vector<NodeId> activeOfTile(ClassId label, const Tile& tile) const;
   /// Ids of active nodes whose mean lies within `radius` of `centre`, ascending. Cost depends on the neighbourhood, not
   /// on the map.
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
-  /// The same of all nodes.
+  /// The same for all nodes, active or not.
   std::vector<NodeId> nearAnywhere(const Vec3& centre, double radius) const;
   bool isActive(const MapNode& node) const { return isActive(node.anchor); }
-  /// Whether what hangs on a keyframe is active; true for none (-1).
+  /// Whether the nodes anchored to a keyframe are active; true for none (-1).
   bool isActive(KeyframeId id) const;
   const KeyframeGraph& keyframes() const { return keyframes_; }
   std::int64_t revision() const { return revision_; }
@@ -98,12 +98,13 @@ class Map {
   const std::map<ClassId, std::string>& classNames() const { return class_names_; }
   void setClassNames(std::map<ClassId, std::string> names) { class_names_ = std::move(names); }
 
-  /// Edge of the tiles that bound its stuff nodes, m; 0 until set.
+  /// Edge of the tiles that bound stuff nodes, m; 0 until set.
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
-  /// Drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or loop.
+  /// Sets the drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or
+  /// constraint.
   void setDriftReach(double reach) { drift_reach_ = reach; }
-  /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
+  /// Makes the nodes active that are within reach of keyframe `id`, at which the robot goes on in a stored map.
   void startAt(KeyframeId id);
 
   /// Ids of the nodes in memory that are anchored to a keyframe, in no particular order.
@@ -116,13 +117,14 @@ class Map {
   /// Keyframes that are paged out and may have a node within `radius` (m) of `centre`, ascending.
   std::vector<KeyframeId> pagedOutNear(const Vec3& centre, double radius) const;
 
-  /// How many of the nodes are believed in.
+  /// Number of nodes that are confirmed (isConfirmed).
   std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
   double megabytes() const;
 
-  /// The id the next new node gets. An id is given once, also across save and load: what is gone stays gone.
+  /// The id that the next new node gets. An id is given once only, also across save and load, so that the id of a
+  /// removed node never comes to mean another.
   NodeId nextId() const { return next_id_; }
 
   /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above

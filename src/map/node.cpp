@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/position_uncertainty.h"
+
 namespace hgg {
 
 const Leaves& leavesOf(const MapNode& node) {
@@ -18,11 +20,8 @@ Tile tileOf(const Vec3& p_map, double tile_size) {
 }
 
 Mat3 positionCovariance(const MapNode& node) {
-  constexpr double kViewShare = 0.7, kShare = 0.06;   // of the extent: of one view, and of all
-  constexpr double kViewNoise = 0.05, kNoise = 0.02;  // m
-  const double views = std::max(node.views, 1);
-  const double per_point = 1 / std::max(node.belief.kappa, 1.0) + kViewShare * kViewShare / views + kShare * kShare;
-  return per_point * node.belief.cov + (kViewNoise * kViewNoise / views + kNoise * kNoise) * Mat3::Identity();
+  return positionCovariance(kPositionWithinDrive, node.belief.cov, std::max(node.belief.kappa, 1.0),
+                            std::max(node.views, 1));
 }
 
 double existenceOf(const MapNode& node) {

@@ -7,16 +7,16 @@
 #include <string>
 
 #include "alignment/align.h"
+#include "core/position_uncertainty.h"
 #include "core/spd.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kPartialView = 0.3;  // a thing's mean moves with the view by this share of its extent
-constexpr double kThingNoise = 0.08;  // m, of a thing's mean, however small it is
-constexpr double kReach = 5;          // grains: leaves of a surface lie about two apart
-constexpr double kLevel = 0.8;        // cosine
-constexpr double kFlat = 0.1;         // ratio of variances
+// Chosen by hand; the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+constexpr double kSurveyGrains = 5;  // survey_distance in grains: leaves of one surface lie about two grains apart
+constexpr double kLevel = 0.8;       // cosine to the vertical (37 degrees) from which on a surface may be ground
+constexpr double kFlat = 0.1;        // least variance over the middle one below which a leaf is flat
 
 Landmark landmarkOf(const MapNode& node, ClassId label) {
   const Mat3& cov = node.belief.cov;
@@ -25,7 +25,7 @@ Landmark landmarkOf(const MapNode& node, ClassId label) {
   Landmark l;
   l.mean = node.belief.mean;
   l.size = Vec3(std::sqrt(std::max(middle - spread, 0.0)), std::sqrt(middle + spread), std::sqrt(cov(2, 2)));
-  l.sigma = std::hypot(kThingNoise, kPartialView * std::sqrt(middle));
+  l.sigma = commonDeviation(kPositionBetweenDrives, std::sqrt(middle));
   l.label = label;
   return l;
 }
@@ -65,8 +65,8 @@ std::set<ClassId> labelsOf(const Map& map) {
   return labels;
 }
 
-/// For a and for b, where both carry names: classes of one name get one label, that of a with the lowest id. What a
-/// does not name gets a label that neither map uses; but an id that neither names stays what it is.
+/// For a and for b, where both carry names: classes of one name get one label, the lowest id that a has for it. A name
+/// that a lacks gets a label that neither map uses. An id that neither map names stays what it is.
 std::pair<Relabelling, Relabelling> relabel(const Map& a, const Map& b) {
   std::pair<Relabelling, Relabelling> result;
   const auto &names_a = a.classNames(), &names_b = b.classNames();
@@ -103,30 +103,30 @@ ClassId relabelled(const Relabelling& relabelling, ClassId label) {
   return other == relabelling.end() ? label : other->second;
 }
 
-ComparisonSide viewOf(const Map& map, const Relabelling& relabelling) {
-  ComparisonSide view;
+ComparisonSide sideOf(const Map& map, const Relabelling& relabelling) {
+  ComparisonSide side;
   std::vector<double> sizes;
   for (const auto& [id, node] : map.nodes()) {
     const ClassId label = relabelled(relabelling, node.label);
     if (!node.stuff) {
-      view.things.push_back(view.nodes.size());
-      view.landmarks.push_back(landmarkOf(node, label));
-      view.trust.push_back(existenceOf(node));
+      side.things.push_back(side.nodes.size());
+      side.landmarks.push_back(landmarkOf(node, label));
+      side.trust.push_back(existenceOf(node));
     }
-    view.nodes.push_back(&node);
-    const std::size_t first = view.surfaces.size();
+    side.nodes.push_back(&node);
+    const std::size_t first = side.surfaces.size();
     for (const Leaf& leaf : leavesOf(node)) {
       const Belief belief = transform(node.T_map_object, unpackLeaf(leaf));
       sizes.push_back(std::sqrt(belief.cov.trace()));
-      view.surfaces.push_back(surfaceOf(belief, label));
+      side.surfaces.push_back(surfaceOf(belief, label));
     }
-    view.surfaces_of.emplace_back(first, view.surfaces.size());
+    side.surfaces_of.emplace_back(first, side.surfaces.size());
   }
-  view.grain = medianOf(std::move(sizes));
-  return view;
+  side.grain = medianOf(std::move(sizes));
+  return side;
 }
 
-/// Both ways round, in labels to compare by.
+/// The similarity of every pair of labels that `similar` names, whichever map carries which name.
 std::map<std::pair<ClassId, ClassId>, double> similarities(const std::map<ClassId, std::string>& names_a,
                                                            const std::map<ClassId, std::string>& names_b,
                                                            const std::pair<Relabelling, Relabelling>& relabellings,
@@ -149,21 +149,20 @@ std::map<std::pair<ClassId, ClassId>, double> similarities(const std::map<ClassI
 
 Comparison::Comparison(const Map& map_a, const Map& map_b, std::span<const SimilarClasses> similar) {
   const auto relabellings = relabel(map_a, map_b);
-  a = viewOf(map_a, relabellings.first);
-  b = viewOf(map_b, relabellings.second);
+  a = sideOf(map_a, relabellings.first);
+  b = sideOf(map_b, relabellings.second);
   similarity = [table = similarities(map_a.classNames(), map_b.classNames(), relabellings, similar)](ClassId x,
                                                                                                      ClassId y) {
     const auto entry = table.find({x, y});
     return x == y ? 1.0 : entry == table.end() ? 0.0 : entry->second;
   };
-  const double reach_of_leaves = kReach * std::max(a.grain, b.grain);
-  if (a.surfaces.empty() || b.surfaces.empty() || !(reach_of_leaves > 0)) {
+  const double distance = kSurveyGrains * std::max(a.grain, b.grain);
+  if (a.surfaces.empty() || b.surfaces.empty() || !(distance > 0)) {
     return;
   }
-  reach = reach_of_leaves;
-  index_a.emplace(a.surfaces, reach);
-  index_b.emplace(b.surfaces, reach);
-  wide_index_a.emplace(a.surfaces, 2 * reach);
+  survey_distance = distance;
+  index_a.emplace(a.surfaces);
+  index_b.emplace(b.surfaces);
 }
 
 }  // namespace hgg

@@ -7,28 +7,30 @@
 
 #include "core/classes.h"
 #include "map/map.h"
-#include "place/consistency.h"
+#include "place/candidates.h"
 #include "place/surfaces.h"
 
 namespace hgg {
 
-/// A map as zero-shot alignment sees it. Labels are those of map a, one for each name.
+/// One of two maps, prepared for the comparison. Labels are those of map a, one for each name.
 struct ComparisonSide {
   std::vector<const MapNode*> nodes;                             // ascending by id
   std::vector<std::size_t> things;                               // indices into nodes
-  std::vector<Landmark> landmarks;                               // one a thing, in their order
-  std::vector<double> trust;                                     // one a thing, 0 .. 1: its existence
-  std::vector<Surface> surfaces;                                 // leaves of all nodes, map frame, in their order
-  std::vector<std::pair<std::size_t, std::size_t>> surfaces_of;  // one a node: first, last + 1
+  std::vector<Landmark> landmarks;                               // one for each thing, in the order of `things`
+  std::vector<double> trust;                                     // one for each thing, 0 .. 1: its existence
+  std::vector<Surface> surfaces;                                 // leaves of all nodes, map frame, node after node
+  std::vector<std::pair<std::size_t, std::size_t>> surfaces_of;  // one for each node: first, last + 1
   double grain = 0;                                              // m, typical size of a leaf
 };
 
-/// Two maps and what is needed to compare them. Refers to both maps.
+/// Two maps and what is needed to compare them. Refers to both maps, which have to outlive it.
 struct Comparison {
   ComparisonSide a, b;
   Similarity similarity;
-  double reach = 0;  // m: a map has surveyed what has one of its leaves this near; 0 when either has no usable leaf
-  std::optional<SurfaceIndex> index_a, index_b, wide_index_a;  // of one reach, the last of two
+  /// A map has surveyed a place when one of its leaves lies this near (m); 0 when either map has no usable leaf. The
+  /// indices are there when it is above 0.
+  double survey_distance = 0;
+  std::optional<SurfaceIndex> index_a, index_b;
 
   /// Classes of map b are taken for those of a with the same name; where a map carries no names, with the same id.
   /// `similar` names others that may be one.

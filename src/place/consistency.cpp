@@ -1,10 +1,7 @@
 #include "place/consistency.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
-#include <limits>
 #include <unordered_set>
 
 #include "core/units.h"
@@ -12,154 +9,23 @@
 namespace hgg {
 namespace {
 
-constexpr double kDeviations = 2.5;    // tolerance of a coordinate, standard deviations
-constexpr double kBend = 0.01;         // maps bend by this share of a distance
-constexpr double kTilt = 5 * kDegree;  // how far from upright either map may be
-constexpr double kDistinct = 1.0;      // m
-constexpr double kDistinctYaw = 5 * kDegree;
-constexpr std::size_t kSeeds = 1500;  // pairs that cliques are sought around, heaviest first
-constexpr std::size_t kPlacesOfSeed = 3;
-constexpr std::size_t kTries = 40;  // places fitted for each one asked for
-constexpr int kRefits = 4;
-constexpr std::size_t kLabels = 65536;
-constexpr std::size_t kNeighbors = 3;   // of its own class, that tell a landmark from others
-constexpr double kAlikeDistance = 0.3;  // m, of neighbours' distances, seen in two maps
-constexpr double kAlikeSize = 0.2;      // of the size, seen in two maps
+constexpr double kBend = 0.01;         // maps bend by this share of a distance; chosen by hand, not measured
+constexpr double kTilt = 5 * kDegree;  // how far from upright a map may be: what alignMaps promises
+/// A distance fixes a yaw to asin(tolerance / distance). Above this ratio (44 degrees) it says nothing of it. Chosen by
+/// hand.
+constexpr double kVaguestYaw = 0.7;
+constexpr double kRounding = 1e-9;  // rad or nats; what is this close is equal
+// Bounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+constexpr std::size_t kSeeds = 1500;      // pairs around which cliques are sought, heaviest first
+constexpr std::size_t kPlacesOfSeed = 3;  // yaws tried around a pair
+constexpr std::size_t kTries = 40;        // places fitted for each one asked for
+constexpr int kRefits = 4;                // rounds of fitting and gathering
 
-double varianceOf(const Landmark& a, const Landmark& b) { return square(a.sigma) + square(b.sigma); }
-
-double toleranceOf(double variance, double distance) { return kDeviations * std::sqrt(variance) + kBend * distance; }
-
-/// The ground that landmarks spread over, m^2: their bounding box, at least a few metres a side.
-double areaOf(std::span<const Landmark> landmarks) {
-  Eigen::AlignedBox2d box;
-  for (const Landmark& l : landmarks) {
-    box.extend(Eigen::Vector2d(l.mean.head<2>()));
-  }
-  return box.isEmpty() ? 1 : (box.sizes().array() + 3.0).prod();
+double toleranceOf(double variance, double distance) {
+  return kToleranceSigmas * std::sqrt(variance) + kBend * distance;
 }
 
-/// Number of landmarks of each label, by label.
-std::vector<std::pair<ClassId, double>> countLabels(std::span<const Landmark> landmarks) {
-  std::vector<std::pair<ClassId, double>> counts;
-  for (const Landmark& l : landmarks) {
-    const auto it = std::find_if(counts.begin(), counts.end(), [&](const auto& c) { return c.first == l.label; });
-    it == counts.end() ? void(counts.emplace_back(l.label, 1)) : void(++it->second);
-  }
-  return counts;
-}
-
-/// Pairs of like class and size, one landmark of b at a time: there may be too many to hold.
-class Pairing {
- public:
-  Pairing(std::span<const Landmark> a, std::span<const Landmark> b, const Similarity& similarity);
-
-  /// Landmarks of a that b's may be, ascending.
-  void partnersOf(std::size_t j, std::vector<std::size_t>& partners);
-  double weightOf(std::size_t i, std::size_t j) const { return std::log(oddsOf(i, j)); }
-
- private:
-  /// Area over the area in which a rival is found by chance, as far as the classes are alike.
-  double oddsOf(std::size_t i, std::size_t j) const {
-    return room_[a_[i].label] / (kPi * square(kDeviations) * varianceOf(a_[i], b_[j]));
-  }
-  /// 2-Wasserstein distance of the extents with place and yaw taken out, against their size.
-  bool isAlike(std::size_t i, std::size_t j) const {
-    const double limit = std::max(0.6 * std::max(size_a_[i], size_b_[j]), a_[i].sigma + b_[j].sigma);
-    return (a_[i].size - b_[j].size).squaredNorm() < square(limit);
-  }
-
-  std::span<const Landmark> a_, b_;
-  const Similarity& similarity_;
-  std::vector<std::pair<ClassId, double>> counts_;
-  double area_;
-  std::vector<double> size_a_, size_b_;
-  std::vector<double> room_;  // m^2 a rival of the landmark of b at hand, by label of a; 0 for none
-};
-
-Pairing::Pairing(std::span<const Landmark> a, std::span<const Landmark> b, const Similarity& similarity)
-    : a_(a), b_(b), similarity_(similarity), counts_(countLabels(a)), area_(areaOf(a)), room_(kLabels, 0.0) {
-  const auto sizeOf = [](const Landmark& l) { return l.size.norm(); };
-  std::transform(a.begin(), a.end(), std::back_inserter(size_a_), sizeOf);
-  std::transform(b.begin(), b.end(), std::back_inserter(size_b_), sizeOf);
-}
-
-void Pairing::partnersOf(std::size_t j, std::vector<std::size_t>& partners) {
-  double rivals = 0;
-  for (const auto& [label, count] : counts_) {
-    rivals += similarity_(label, b_[j].label) > 0 ? count : 0;
-  }
-  for (const auto& [label, count] : counts_) {
-    room_[label] = rivals > 0 ? area_ * similarity_(label, b_[j].label) / rivals : 0;
-  }
-  partners.clear();
-  for (std::size_t i = 0; i < a_.size(); ++i) {
-    if (oddsOf(i, j) > 1 && isAlike(i, j)) {
-      partners.push_back(i);
-    }
-  }
-}
-
-/// How many each may have, at least one, so that all have `limit` together: whoever has fewer leaves the rest to
-/// others.
-std::size_t shareOf(std::vector<std::size_t> counts, std::size_t limit) {
-  std::sort(counts.begin(), counts.end());
-  std::size_t left = limit;
-  for (std::size_t k = 0; k < counts.size(); ++k) {
-    const std::size_t share = left / (counts.size() - k);
-    if (counts[k] > share) {
-      return std::max<std::size_t>(share, 1);
-    }
-    left -= counts[k];
-  }
-  return std::max<std::size_t>(limit, 1);
-}
-
-/// Horizontal distances to the nearest landmarks of the same label, ascending.
-using Neighborhood = std::array<double, kNeighbors>;
-
-std::vector<Neighborhood> neighborhoods(std::span<const Landmark> landmarks) {
-  std::vector<Neighborhood> all;
-  for (std::size_t i = 0; i < landmarks.size(); ++i) {
-    Neighborhood nearest;
-    nearest.fill(std::numeric_limits<double>::max());
-    for (std::size_t j = 0; j < landmarks.size(); ++j) {
-      const double distance = (landmarks[i].mean - landmarks[j].mean).head<2>().squaredNorm();
-      if (i != j && distance < nearest.back() && landmarks[i].label == landmarks[j].label) {
-        nearest.back() = distance;
-        std::inplace_merge(nearest.begin(), nearest.end() - 1, nearest.end());
-      }
-    }
-    std::transform(nearest.begin(), nearest.end(), nearest.begin(), [](double d) { return std::sqrt(d); });
-    all.push_back(nearest);
-  }
-  return all;
-}
-
-/// How little two landmarks of like class look like one, by size and by what stands around them, which may be missing.
-double unlikeness(const Landmark& a, const Landmark& b, const Neighborhood& around_a, const Neighborhood& around_b) {
-  double sum = std::min(1.0, (a.size - b.size).norm() / (kAlikeSize * std::max(a.size.norm(), b.size.norm()) + 1e-9));
-  for (std::size_t k = 0; k < kNeighbors; ++k) {
-    sum += std::min(1.0, std::abs(around_a[k] - around_b[k]) / kAlikeDistance);
-  }
-  return sum;
-}
-
-template <typename Unlikeness>
-void keepMostAlike(std::vector<std::size_t>& partners, std::size_t count, const Unlikeness& unlikenessOf) {
-  std::vector<std::pair<double, std::size_t>> ranking;
-  ranking.reserve(partners.size());
-  for (const std::size_t i : partners) {
-    ranking.emplace_back(unlikenessOf(i), i);
-  }
-  partners.resize(count);
-  std::partial_sort(ranking.begin(), ranking.begin() + static_cast<std::ptrdiff_t>(count), ranking.end());
-  std::transform(ranking.begin(), ranking.begin() + static_cast<std::ptrdiff_t>(count), partners.begin(),
-                 [](const auto& ranked) { return ranked.second; });
-  std::sort(partners.begin(), partners.end());
-}
-
-/// The candidates as the inner loop wants them.
+/// A candidate with what the inner loops need of its landmarks side by side.
 struct Row {
   Vec3 a, b;
   double variance, weight;
@@ -172,14 +38,14 @@ std::vector<Row> rowsOf(std::span<const Landmark> a, std::span<const Landmark> b
   for (const Match& m : matches) {
     const Landmark& la = a[static_cast<std::size_t>(m.a)];
     const Landmark& lb = b[static_cast<std::size_t>(m.b)];
-    rows.push_back({la.mean, lb.mean, varianceOf(la, lb), m.weight, m.a, m.b});
+    rows.push_back({la.mean, lb.mean, varianceOfDifference(la, lb), m.weight, m.a, m.b});
   }
   return rows;
 }
 
-/// Whether two pairs can be of one rigid, upright transform: horizontal distances agree within the beliefs, differences
-/// of height within the beliefs and 5 degrees of tilt; an edge of the consistency graph. `tolerance` and `distance` are
-/// of the horizontal ones.
+/// Whether one rigid, upright transform can hold for both pairs, which makes them an edge of the consistency graph: the
+/// horizontal distances agree within the uncertainty of the means, the differences of height within that and the tilt.
+/// `distance` and `tolerance` (m) become those of the horizontal distances.
 bool isEdge(const Row& p, const Row& q, double& distance, double& tolerance) {
   if (p.index_a == q.index_a || p.index_b == q.index_b) {
     return false;
@@ -200,14 +66,14 @@ std::vector<YawInterval> yawsAround(const std::vector<Row>& rows, const Row& see
   std::vector<YawInterval> intervals;
   double distance = 0, tolerance = 0;
   for (const Row& row : rows) {
-    if (!isEdge(seed, row, distance, tolerance) || tolerance > 0.7 * distance) {
-      continue;  // the latter say nothing of the yaw
+    if (!isEdge(seed, row, distance, tolerance) || tolerance > kVaguestYaw * distance) {
+      continue;
     }
     const Vec3 da = row.a - seed.a, db = row.b - seed.b;
     const double yaw = std::atan2(da.y(), da.x()) - std::atan2(db.y(), db.x());
-    const double reach = std::asin(tolerance / distance);
-    const double from = std::remainder(yaw - reach, 2 * kPi);
-    intervals.push_back({from, from + 2 * reach, row.weight});
+    const double half_width = std::asin(tolerance / distance);
+    const double from = std::remainder(yaw - half_width, 2 * kPi);
+    intervals.push_back({from, from + 2 * half_width, row.weight});
   }
   return intervals;
 }
@@ -223,7 +89,7 @@ struct Seed {
 Seed heaviestYaw(const std::vector<YawInterval>& intervals, std::size_t row) {
   std::vector<std::pair<double, double>> events;  // yaw, change of the weight
   for (const YawInterval& i : intervals) {
-    for (const double turn : {0.0, -2 * kPi}) {  // those that reach beyond pi come round again
+    for (const double turn : {0.0, -2 * kPi}) {  // those that end beyond pi come round again
       if (i.to + turn > -kPi) {
         events.emplace_back(i.from + turn, i.weight);
         events.emplace_back(i.to + turn, -i.weight);
@@ -235,7 +101,7 @@ Seed heaviestYaw(const std::vector<YawInterval>& intervals, std::size_t row) {
   double weight = 0;
   for (std::size_t k = 0; k + 1 < events.size(); ++k) {
     weight += events[k].second;
-    if (weight > best.weight + 1e-9 && events[k].first >= -kPi - 1e-9) {
+    if (weight > best.weight + kRounding && events[k].first >= -kPi - kRounding) {
       best.weight = weight;
       best.yaw = 0.5 * (events[k].first + events[k + 1].first);
     }
@@ -250,7 +116,7 @@ std::vector<Seed> findSeeds(const std::vector<Row>& rows) {
     for (std::size_t k = 0; k < kPlacesOfSeed && !intervals.empty(); ++k) {
       Seed seed = heaviestYaw(intervals, r);
       std::erase_if(intervals, [&](const YawInterval& i) {
-        return std::abs(std::remainder(0.5 * (i.from + i.to) - seed.yaw, 2 * kPi)) <= 0.5 * (i.to - i.from) + 1e-9;
+        return std::abs(std::remainder(0.5 * (i.from + i.to) - seed.yaw, 2 * kPi)) <= 0.5 * (i.to - i.from) + kRounding;
       });
       seed.weight += rows[r].weight;
       seeds.push_back(seed);
@@ -307,7 +173,7 @@ Pose fitClique(const Hypothesis& hypothesis, std::span<const Landmark> a, std::s
   for (const Match& m : hypothesis.clique) {
     const Landmark& la = a[static_cast<std::size_t>(m.a)];
     const Landmark& lb = b[static_cast<std::size_t>(m.b)];
-    points.push_back({la.mean, lb.mean, 1 / varianceOf(la, lb)});
+    points.push_back({la.mean, lb.mean, 1 / varianceOfDifference(la, lb)});
   }
   return fitUpright(points);
 }
@@ -328,35 +194,6 @@ Hypothesis grow(std::span<const Landmark> a, std::span<const Landmark> b, const 
 }
 
 }  // namespace
-
-std::vector<Match> candidateMatches(std::span<const Landmark> a, std::span<const Landmark> b,
-                                    const Similarity& similarity, std::size_t limit) {
-  Pairing pairing(a, b, similarity);
-  std::vector<std::size_t> partners, counts;
-  for (std::size_t j = 0; j < b.size(); ++j) {
-    pairing.partnersOf(j, partners);
-    counts.push_back(partners.size());
-  }
-  const std::size_t share = shareOf(counts, limit);
-  const bool is_scarce = std::any_of(counts.begin(), counts.end(), [&](std::size_t n) { return n > share; });
-  const std::vector<Neighborhood> around_a = is_scarce ? neighborhoods(a) : std::vector<Neighborhood>();
-  const std::vector<Neighborhood> around_b = is_scarce ? neighborhoods(b) : std::vector<Neighborhood>();
-  std::vector<Match> matches;
-  for (std::size_t j = 0; j < b.size(); ++j) {
-    pairing.partnersOf(j, partners);
-    if (partners.size() > share) {
-      keepMostAlike(partners, share, [&](std::size_t i) {
-        return unlikeness(a[i], b[j], around_a[i], around_b[j]) + (a[i].label == b[j].label ? 0 : 1);
-      });
-    }
-    for (const std::size_t i : partners) {
-      matches.push_back({static_cast<int>(i), static_cast<int>(j), pairing.weightOf(i, j)});
-    }
-  }
-  std::stable_sort(matches.begin(), matches.end(), [](const Match& p, const Match& q) { return p.weight > q.weight; });
-  matches.resize(std::min(matches.size(), limit));
-  return matches;
-}
 
 std::vector<Hypothesis> findHypotheses(std::span<const Landmark> a, std::span<const Landmark> b,
                                        std::span<const Match> candidates, std::size_t count) {
@@ -409,7 +246,7 @@ Pose fitUpright(std::span<const PointPair> pairs) {
 
 bool areDistinct(const Pose& T, const Pose& T_other, const Vec3& centre_b) {
   const Eigen::AngleAxisd turn(Mat3(T.linear() * T_other.linear().transpose()));
-  return (T * centre_b - T_other * centre_b).norm() > kDistinct || std::abs(turn.angle()) > kDistinctYaw;
+  return (T * centre_b - T_other * centre_b).norm() > kDistinctDistance || std::abs(turn.angle()) > kDistinctTurn;
 }
 
 }  // namespace hgg

@@ -9,22 +9,32 @@
 namespace hgg {
 namespace {
 
-constexpr double kThingFound = 0.7;     // a thing is in another map that has surveyed its place, this often
-constexpr double kOn = 0.3;             // reaches: surfaces this near across are one
-constexpr double kGate = 9;             // squared standard deviations between matched things
-constexpr double kAround = 10;          // m, neighbourhood that says how common a class of things is
-constexpr std::size_t kWeighed = 1500;  // surfaces of each map, spread evenly
-constexpr std::size_t kWeighedOfThing = 30;
-constexpr std::size_t kProbes = 400;  // of those, looked at in displaced places
-constexpr int kDirections = 8;
+// Chosen by hand, but for kGate; the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+constexpr double kThingFound = 0.7;   // probability that a map that has surveyed the place of a thing has the thing
+constexpr double kSameSurface = 0.3;  // survey distances: surfaces this near across are one
+/// Squared Mahalanobis distance of matched things: three standard deviations, within which 97.1 % of true pairs lie
+/// (chi-square, three degrees of freedom).
+constexpr double kGate = 9;
+constexpr double kAround = 10;                   // m, neighbourhood that says how common a class of things is
+constexpr double kNearProbe = 3, kFarProbe = 5;  // survey distances, displacements at which chance is measured
+constexpr int kDirections = 8;                   // of the displacements, near and far in turn
+constexpr double kLeastShare = 0.01;             // shares are kept this far from 0 and 1: their logarithms are finite
+/// A pair is held by both maps and a thing that is missed by one only, so that it counts as half a pair.
+constexpr double kMissedWeight = 0.5;
+/// Both maps see the same surfaces: half of the nodes seen say something new.
+constexpr double kNewNodes = 0.5;
+// Bounds of the work: surfaces that are looked for, spread evenly.
+constexpr std::size_t kWeighed = 1500;       // of each map
+constexpr std::size_t kWeighedOfThing = 30;  // of each thing
+constexpr std::size_t kProbes = 400;         // of one map, at each displacement
 
-/// What one map says of a surface of the other.
-enum class Word : std::uint8_t { kUnseen, kThere, kMissing };
+/// What a map has at the place of a surface of the other: no surface near it at all, a like surface, or others only.
+enum class Surveyed : std::uint8_t { kUnseen, kFound, kMissing };
 
-/// One map looking for what the other holds.
+/// Looks in one map for what the other holds.
 struct Search {
   const Comparison& c;
-  bool of_b;  // looks in a for what b holds, else the other way round
+  bool of_b;  // looks in a for what b holds; else in b for what a holds
   Pose T_in_of;
 
   const ComparisonSide& of() const { return of_b ? c.b : c.a; }
@@ -32,24 +42,25 @@ struct Search {
   bool areLike(ClassId label_of, ClassId label_in) const {
     return of_b ? c.areLike(label_in, label_of) : c.areLike(label_of, label_in);
   }
-  Word wordOn(const Surface& s, std::vector<std::size_t>& near) const;
+  Surveyed lookFor(const Surface& s, std::vector<std::size_t>& near) const;
 };
 
-Word Search::wordOn(const Surface& s, std::vector<std::size_t>& near) const {
+Surveyed Search::lookFor(const Surface& s, std::vector<std::size_t>& near) const {
   const Vec3 p = T_in_of * s.mean, normal = T_in_of.linear() * s.normal;
-  (of_b ? *c.index_a : *c.index_b).near(p, near);
+  (of_b ? *c.index_a : *c.index_b).near(p, c.survey_distance, near);
   for (const std::size_t i : near) {
     const Surface& other = in().surfaces[i];
     const Vec3 d = p - other.mean;
     const double across = std::min(std::abs(d.dot(normal)), std::abs(d.dot(other.normal)));
-    if (across < kOn * c.reach && areLike(s.label, other.label)) {
-      return Word::kThere;
+    if (across < kSameSurface * c.survey_distance && areLike(s.label, other.label)) {
+      return Surveyed::kFound;
     }
   }
-  return near.empty() ? Word::kUnseen : Word::kMissing;
+  return near.empty() ? Surveyed::kUnseen : Surveyed::kMissing;
 }
 
-/// One a thing: the share of its leaves that the other map has surveyed and lacks, by how far it is to be trusted.
+/// For each thing the share of its leaves whose place the other map has surveyed without finding them, times the trust
+/// in the thing.
 std::vector<double> missedShares(const Search& search) {
   std::vector<double> shares;
   std::vector<std::size_t> near;
@@ -60,14 +71,14 @@ std::vector<double> missedShares(const Search& search) {
     double missed = 0, looked_at = 0;
     for (std::size_t k = first; k < last; k += stride) {
       looked_at += 1;
-      missed += search.wordOn(of.surfaces[k], near) == Word::kMissing ? 1 : 0;
+      missed += search.lookFor(of.surfaces[k], near) == Surveyed::kMissing ? 1 : 0;
     }
     shares.push_back(of.trust[t] * missed / std::max(looked_at, 1.0));
   }
   return shares;
 }
 
-/// Things of a like one of b around a place, a square metre: how easily one is there by chance.
+/// Things of a that are like one of b around a place, per square metre: how easily one is there by chance.
 double densityAround(const Comparison& c, const Vec3& p_a, ClassId label_b) {
   const auto count = std::count_if(c.a.landmarks.begin(), c.a.landmarks.end(), [&](const Landmark& l) {
     return c.areLike(l.label, label_b) && (l.mean - p_a).head<2>().norm() < kAround;
@@ -78,11 +89,11 @@ double densityAround(const Comparison& c, const Vec3& p_a, ClassId label_b) {
 /// What of a class of things was found and missed, by trust.
 struct Tally {
   double found = 0, missed = 0;
-  double expected() const { return found + 0.5 * missed; }  // what is missed, only one map holds
+  double expected() const { return found + kMissedWeight * missed; }
 };
 
-/// Share of the things that should be there and are; the classes vote by the root of their number. A place that was
-/// refurnished keeps its doors and windows: these are not to speak for the chairs.
+/// Share of the things that should be there and are, as a mean over the classes, weighted by the root of their number.
+/// A place that was refurnished keeps its doors and windows, which must not outvote the chairs.
 double shareByClass(const std::map<ClassId, Tally>& tallies) {
   double votes = 0, share = 0;
   for (const auto& [label, tally] : tallies) {
@@ -126,8 +137,9 @@ void weighThings(const Comparison& c, const Pose& T_a_b, const std::vector<Candi
   evidence.thing_odds += evidence.things_missed * std::log(1 - kThingFound);
 }
 
-/// Of some upright surfaces: how many the other map has surveyed; of those of stuff, how many of these it has, and how
-/// many nodes these belong to. Surfaces of a node are not independent: a node counts as one.
+/// Counts of upright surfaces: all that were looked for, those whose place the other map has surveyed (`seen`), those
+/// of stuff among these, those of them that it has, and the nodes they belong to. Surfaces of one node are not
+/// independent, so that a node counts once as evidence.
 struct Count {
   int all = 0, seen = 0, stuff_seen = 0, stuff_there = 0, stuff_nodes = 0;
   double seenShare() const { return all > 0 ? static_cast<double>(seen) / all : 0; }
@@ -144,11 +156,11 @@ Count countSurfaces(const Search& search, std::size_t at_most) {
     const int seen_before = count.stuff_seen;
     for (std::size_t k = (first + stride - 1) / stride * stride; k < last; k += stride) {
       if (!of.surfaces[k].is_level) {
-        const Word word = search.wordOn(of.surfaces[k], near);
+        const Surveyed surveyed = search.lookFor(of.surfaces[k], near);
         count.all += 1;
-        count.seen += word != Word::kUnseen ? 1 : 0;
-        count.stuff_seen += is_stuff && word != Word::kUnseen ? 1 : 0;
-        count.stuff_there += is_stuff && word == Word::kThere ? 1 : 0;
+        count.seen += surveyed != Surveyed::kUnseen ? 1 : 0;
+        count.stuff_seen += is_stuff && surveyed != Surveyed::kUnseen ? 1 : 0;
+        count.stuff_there += is_stuff && surveyed == Surveyed::kFound ? 1 : 0;
       }
     }
     count.stuff_nodes += count.stuff_seen > seen_before ? 1 : 0;
@@ -158,13 +170,15 @@ Count countSurfaces(const Search& search, std::size_t at_most) {
 
 double shareOf(int there, int seen) { return static_cast<double>(there) / std::max(seen, 1); }
 
-/// The share that is found at displacements of a few reaches: a street goes on, and so do its façades.
+/// The share that is found at displacements of a few survey distances. A street goes on and so do its façades: where
+/// they are found a little farther on as well, finding them says little.
 double chanceShare(const Comparison& c, const Pose& T_a_b) {
   int seen = 0, there = 0;
   for (int k = 0; k < kDirections; ++k) {
     const double angle = 2 * kPi * k / kDirections;
     Pose T = T_a_b;
-    T.translation() += (k % 2 == 0 ? 3 : 5) * c.reach * Vec3(std::cos(angle), std::sin(angle), 0);
+    T.translation() +=
+        (k % 2 == 0 ? kNearProbe : kFarProbe) * c.survey_distance * Vec3(std::cos(angle), std::sin(angle), 0);
     const Count count = countSurfaces({c, true, T}, kProbes);
     seen += count.stuff_seen, there += count.stuff_there;
   }
@@ -173,7 +187,8 @@ double chanceShare(const Comparison& c, const Pose& T_a_b) {
 
 /// n KL(share || chance), negative where the share is below chance.
 double surpriseOf(double n, double share, double chance) {
-  const double s = std::clamp(share, 0.01, 0.99), q = std::clamp(chance, 0.01, 0.99);
+  const double s = std::clamp(share, kLeastShare, 1 - kLeastShare),
+               q = std::clamp(chance, kLeastShare, 1 - kLeastShare);
   const double divergence = s * std::log(s / q) + (1 - s) * std::log((1 - s) / (1 - q));
   return s > q ? n * divergence : -n * divergence;
 }
@@ -184,9 +199,8 @@ void weighSurfaces(const Comparison& c, const Pose& T_a_b, PlaceEvidence& eviden
   evidence.overlap = std::max(a.seenShare(), b.seenShare());
   evidence.surface_share = shareOf(a.stuff_there + b.stuff_there, a.stuff_seen + b.stuff_seen);
   evidence.chance_share = chanceShare(c, T_a_b);
-  // Both maps see the same surfaces: half of the nodes are news.
   evidence.surface_odds =
-      surpriseOf(0.5 * (a.stuff_nodes + b.stuff_nodes), evidence.surface_share, evidence.chance_share);
+      surpriseOf(kNewNodes * (a.stuff_nodes + b.stuff_nodes), evidence.surface_share, evidence.chance_share);
 }
 
 }  // namespace

@@ -8,20 +8,20 @@
 
 namespace hgg {
 
-/// What speaks for and against a transform between two maps, where both have surveyed. Odds are logarithms (nats) of
-/// how much likelier it is if the place is the same than if it is another.
+/// What speaks for and against a transform between two maps, counted only where both maps have surveyed. Odds are log
+/// likelihood ratios (nats): how much likelier the maps look so if the place is the same than if it is another.
 struct PlaceEvidence {
   int things_matched = 0;    // pairs
-  double things_missed = 0;  // things of either map that the other has surveyed and lacks, by their share of leaves
-  double thing_share = 0;    // of what should be there, what is: mean over the classes of things
+  double things_missed = 0;  // things of either map whose place the other has surveyed without them, by share of leaves
+  double thing_share = 0;    // share of the things that should be there and are, mean over the classes
   double thing_odds = 0;
   double surface_share =
-      0;  // upright leaves of stuff, of what the other has surveyed, with a like surface of it on them
+      0;  // share of the surveyed upright leaves of stuff with a like surface of the other map on them
   double chance_share = 0;  // the same a few metres beside: what a wrong transform would get
   double surface_odds = 0;
-  double overlap = 0;  // share of its upright leaves of stuff that the other has surveyed, of the smaller map
+  double overlap = 0;  // share of its upright leaves whose place the other map has surveyed, of the smaller map
 
-  /// Surfaces go on along a street or a corridor: they do not say more than the things.
+  /// Surfaces go on along a street or a corridor, so they never say more than the things do.
   double odds() const { return thing_odds + std::min(surface_odds, std::max(thing_odds, 0.0)); }
 };
 
@@ -29,9 +29,10 @@ struct PlaceEvidence {
 std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b);
 
 /// Weighs a transform.
-///   things:   a match ln(found / chance of such a thing of a there) - d^2 / 2; a miss, by its share, ln(1 - found);
-///             both times how far the things are to be trusted
-///   surfaces: half the nodes seen, times the divergence of the share found from that found by chance
+///   things:   a match adds ln(P(found) / chance of such a thing of a there) - d^2 / 2, a miss ln(1 - P(found)) times
+///   the
+///             share of its leaves that is missed; both are multiplied by the trust in the things
+///   surfaces: half the nodes seen, times the Kullback-Leibler divergence of the share found from that found by chance
 PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches);
 
 }  // namespace hgg

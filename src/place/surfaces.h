@@ -1,7 +1,7 @@
 #pragma once
 
+#include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "core/types.h"
@@ -17,23 +17,20 @@ struct Surface {
   ClassId label = 0;
 };
 
-/// Finds surfaces near a point: a grid of cubic cells, one radius wide. None where the radius is not above 0.
+/// Finds the surfaces near a point, by nanoflann's k-d tree over their means. Surfaces whose mean is not finite, or
+/// absurdly far away, are never found.
 class SurfaceIndex {
  public:
-  SurfaceIndex(std::span<const Surface> surfaces, double radius);
+  explicit SurfaceIndex(std::span<const Surface> surfaces);
+  ~SurfaceIndex();
 
-  /// Indices of the surfaces whose mean lies within the radius, in a fixed order.
-  void near(const Vec3& p, std::vector<std::size_t>& found) const;
+  /// Fills `found` with the indices of the surfaces whose mean lies within `radius` (m) of p. Their order is that of
+  /// the tree: any, but always the same for the same surfaces.
+  void near(const Vec3& p, double radius, std::vector<std::size_t>& found) const;
 
  private:
-  std::uint64_t keyOf(const Vec3& p, int dx, int dy, int dz) const;
-
-  struct Entry {
-    Vec3 mean;  // beside the index, so that a search stays in the cell
-    std::size_t index;
-  };
-  double radius_;
-  std::unordered_map<std::uint64_t, std::vector<Entry>> cells_;
+  struct Tree;
+  std::unique_ptr<const Tree> tree_;
 };
 
 }  // namespace hgg

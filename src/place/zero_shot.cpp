@@ -5,33 +5,46 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/se3.h"
 #include "core/units.h"
+#include "place/consistency.h"
 
 namespace hgg {
 namespace {
 
+// Bounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
 constexpr std::size_t kMaxCandidates = 6000;
 constexpr std::size_t kPlaces = 8;            // registered and weighed
-constexpr std::size_t kPlacesWithPrior = 40;  // of which those within the prior are
-constexpr double kTilt = 2.5 * kDegree;       // of either map, standard deviation
-constexpr double kRobustScale = 2;            // standard deviations
-constexpr std::size_t kMostSurfaces = 1200;
-/// Surfaces share the errors of their maps: together they count as this many independent ones.
+constexpr std::size_t kPlacesWithPrior = 40;  // found where there is a prior; the first kPlaces within it go on
+constexpr std::size_t kMostSurfaces = 1200;   // of b, registered
+
+// Registration.
+constexpr double kTilt = 2.5 * kDegree;  // standard deviation between the maps: two are the 5 degrees that are promised
+constexpr double kFree = 1e-6;           // 1/m^2, 1/rad^2: information that only keeps the system regular
+/// Scale of the robust kernel, standard deviations: that of alignment (the table "Indoor drag" of docs/method.md).
+constexpr double kRobustScale = 2;
+/// Surfaces share the errors of their maps: together they count as this many independent ones at most. The compromise
+/// between LiDAR and camera in the first table of docs/method.md, "Alignment"; not measured for two maps.
 constexpr double kEffectiveSurfaces = 400;
-/// On top of the places looked at. A place is made to fit two pairs, whose score is therefore free: kThings is for
-/// that.
-constexpr double kOddsAgainst = 1000;
-constexpr int kThings = 4;  // matched
-constexpr double kOverlap =
-    0.25;  // of the upright surfaces of the smaller map: less is a corner that many places share
+/// One round of correspondences finds surfaces within kWideGate survey distances, kNarrowRounds more within one. What a
+/// surface may still be off is added to its extent, in survey distances. Chosen by hand, not measured.
+constexpr double kWideGate = 2, kWideSlack = 0.5, kNarrowSlack = 0.05;
+constexpr int kNarrowRounds = 3;
+
+// Limits of acceptance; the table "Verdict" of docs/method.md, "Zero-shot alignment", says what each one refuses.
+constexpr double kOddsAgainst = 1000;  // margin of the score over the number of places looked at
+constexpr int kThings = 4;             // matched: a place is made to fit two pairs, whose score is free
+constexpr double kOverlap = 0.25;      // of the smaller map's upright surfaces: corners are alike everywhere
 constexpr double kThingsThere = 0.55;  // of the things that both maps have surveyed must be in both
-constexpr double kClearlyWorse = 0.5;  // of the best score
-constexpr double kMaxDeviation = 0.3;  // m
+constexpr double kClearlyWorse = 0.5;  // of the best score: what a rival may reach
+constexpr double kMaxDeviation = 0.3;  // m, standard deviation in the direction least known
 constexpr double kMaxTurnDeviation = 1.0 * kDegree;
-constexpr double kUnheld = 100;  // m; beyond it a deviation is no figure to report
-constexpr double kUnheldTurn = 180 * kDegree;
+/// Beyond these a deviation only means that nothing holds the place: no figure to report.
+constexpr double kUnheld = 100, kUnheldTurn = 180 * kDegree;  // m, rad
+/// Information (1/m^2, 1/rad^2) that makes that of the pairs invertible; deviations of 1 / sqrt(1e-9) = 30 km.
+constexpr double kInvertible = 1e-9;
 
 /// A place that was registered and weighed.
 struct Place {
@@ -46,7 +59,7 @@ struct Place {
 PoseBelief uprightPrior(const Pose& T) {
   PoseBelief prior;
   prior.T_map_body = T;
-  prior.information.diagonal() << 1e-6, 1e-6, 1e-6, square(1 / kTilt), square(1 / kTilt), 1e-6;
+  prior.information.diagonal() << kFree, kFree, kFree, square(1 / kTilt), square(1 / kTilt), kFree;
   return prior;
 }
 
@@ -55,25 +68,34 @@ GaussianPair thingGaussian(const Landmark& a, const Landmark& b, double weight) 
   return {b.mean, square(b.sigma) / weight * Mat3::Identity(), a.mean, square(a.sigma) / weight * Mat3::Identity()};
 }
 
-/// Surfaces of b, evenly spread, with the nearest like one of a within `gate`. `slack` is how far off they may still
-/// be, on top of their own extent.
-std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const SurfaceIndex& index, const Pose& T_a_b,
-                                           double slack) {
+/// The surface of a that is like `b` and nearest to p (its mean, in a), within `gate` (m); nullptr when there is none.
+const Surface* nearestLike(const Comparison& c, const Surface& b, const Vec3& p, double gate,
+                           std::vector<std::size_t>& near) {
+  const Surface* nearest = nullptr;
+  double least = std::numeric_limits<double>::max();
+  c.index_a->near(p, gate, near);
+  for (const std::size_t i : near) {
+    const Surface& a = c.a.surfaces[i];
+    if (!c.areLike(a.label, b.label)) {
+      continue;
+    }
+    const double square_distance = (a.mean - p).squaredNorm();
+    if (square_distance < least || (square_distance == least && &a < nearest)) {  // the first of several that coincide
+      nearest = &a, least = square_distance;
+    }
+  }
+  return nearest;
+}
+
+/// Surfaces of b, evenly spread, each with the nearest like one of a within `gate` (m). `slack` (m) is how far off they
+/// may still be, on top of their own extent.
+std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const Pose& T_a_b, double gate, double slack) {
   const std::size_t stride = 1 + c.b.surfaces.size() / kMostSurfaces;
   std::vector<GaussianPair> pairs;
   std::vector<std::size_t> near;
   for (std::size_t k = 0; k < c.b.surfaces.size(); k += stride) {
     const Surface& b = c.b.surfaces[k];
-    const Vec3 p = T_a_b * b.mean;
-    const Surface* nearest = nullptr;
-    index.near(p, near);
-    for (const std::size_t i : near) {
-      const Surface& a = c.a.surfaces[i];
-      if (c.areLike(a.label, b.label) &&
-          (nearest == nullptr || (a.mean - p).squaredNorm() < (nearest->mean - p).squaredNorm())) {
-        nearest = &a;
-      }
-    }
+    const Surface* nearest = nearestLike(c, b, T_a_b * b.mean, gate, near);
     if (nearest != nullptr) {
       pairs.push_back({b.mean, b.cov, nearest->mean, nearest->cov + square(slack) * Mat3::Identity()});
     }
@@ -81,7 +103,7 @@ std::vector<GaussianPair> surfaceGaussians(const Comparison& c, const SurfaceInd
   return pairs;
 }
 
-/// Things alone, then things and surfaces through a gate that closes.
+/// Registers the things alone, then things and surfaces through a gate that closes.
 Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
   const PoseBelief prior = uprightPrior(hypothesis.T_a_b);
   std::vector<GaussianPair> things;
@@ -90,9 +112,10 @@ Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
         thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.a)], c.b.landmarks[static_cast<std::size_t>(m.b)], 1));
   }
   Registration found = registerPairs(things, 1, prior, hypothesis.T_a_b, kRobustScale);
-  for (const bool is_wide : {true, false, false, false}) {
-    auto pairs =
-        surfaceGaussians(c, is_wide ? *c.wide_index_a : *c.index_a, found.T_map_body, (is_wide ? 0.5 : 0.05) * c.reach);
+  for (int round = 0; round <= kNarrowRounds; ++round) {
+    const double gate = (round == 0 ? kWideGate : 1) * c.survey_distance;
+    const double slack = (round == 0 ? kWideSlack : kNarrowSlack) * c.survey_distance;
+    auto pairs = surfaceGaussians(c, found.T_map_body, gate, slack);
     const double weight = std::min(1.0, kEffectiveSurfaces / static_cast<double>(pairs.size() + 1));
     for (const Candidate& m : matchThings(c, found.T_map_body)) {
       pairs.push_back(thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.row)],
@@ -110,7 +133,7 @@ bool isWithin(const PlacePrior& prior, const Pose& T_a_b) {
   return (T_a_b * prior.centre_b - prior.T_a_b * prior.centre_b).norm() <= prior.distance && turnOf(off) <= prior.turn;
 }
 
-/// The place that odometry names, with the things that then meet.
+/// The place of the prior itself, with the things that meet there.
 Hypothesis expected(const Comparison& c, const PlacePrior& prior) {
   Hypothesis hypothesis;
   hypothesis.T_a_b = prior.T_a_b;
@@ -154,7 +177,7 @@ std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candid
 std::pair<double, double> worstDeviations(const Registration& found, const Vec3& centre_b) {
   const Vec3 arm = found.T_map_body.linear() * centre_b;
   const Mat6 at_centre = tangentTransport(-arm);  // from a change at the centre to the tangent, about b's origin
-  const Mat6 information = at_centre.transpose() * found.information * at_centre + 1e-9 * Mat6::Identity();
+  const Mat6 information = at_centre.transpose() * found.information * at_centre + kInvertible * Mat6::Identity();
   const Mat6 cov = information.inverse();
   const auto worst = [](const Mat3& m) {
     return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat3>(m, Eigen::EigenvaluesOnly).eigenvalues()[2]);
@@ -162,15 +185,15 @@ std::pair<double, double> worstDeviations(const Registration& found, const Vec3&
   return {worst(cov.topLeftCorner<3, 3>()), worst(cov.bottomRightCorner<3, 3>())};
 }
 
-Vec3 centreOf(const ComparisonSide& view) {
+Vec3 centreOf(const ComparisonSide& side) {
   Vec3 centre = Vec3::Zero();
-  for (const Landmark& l : view.landmarks) {
-    centre += l.mean / static_cast<double>(view.landmarks.size());
+  for (const Landmark& l : side.landmarks) {
+    centre += l.mean / static_cast<double>(side.landmarks.size());
   }
   return centre;
 }
 
-/// Why the best place is not to be trusted; empty when it is.
+/// Why the best place is not accepted; empty when it is.
 std::string objection(const ZeroShot& z, const std::pair<double, double>& deviations) {
   const PlaceEvidence& e = z.evidence;
   if (z.score <= z.threshold) {
@@ -199,11 +222,13 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
   return "";
 }
 
-/// ln of the places that were looked at: every two candidates make one, and within a prior there are as many as differ.
+/// ln of the number of places that were looked at. Every two candidates make one; within a prior there are no more than
+/// lie apart from each other by kDistinctDistance and kDistinctTurn.
 double lnPlaces(std::size_t candidates, const std::optional<PlacePrior>& prior) {
   const auto n = static_cast<double>(candidates);
   const double found = std::max(1.0, 0.5 * n * (n - 1));
-  const double within = prior ? square(1 + prior->distance) * (1 + prior->turn / (5 * kDegree)) : found;
+  const double within =
+      prior ? square(1 + prior->distance / kDistinctDistance) * (1 + prior->turn / kDistinctTurn) : found;
   return std::log(std::min(found, within));
 }
 
@@ -215,10 +240,10 @@ ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> s
   const Comparison c(a, b, similar);
   const auto candidates = candidateMatches(c.a.landmarks, c.b.landmarks, c.similarity, kMaxCandidates);
   result.threshold = lnPlaces(candidates.size(), prior) + std::log(kOddsAgainst);
-  const std::vector<Place> places = c.reach > 0 ? findPlaces(c, candidates, prior) : std::vector<Place>();
+  const std::vector<Place> places = c.survey_distance > 0 ? findPlaces(c, candidates, prior) : std::vector<Place>();
   if (places.empty()) {
     result.reason =
-        c.reach > 0
+        c.survey_distance > 0
             ? fmt::format("no two pairs of things agree: {} and {} things, {} pairs of like class and size",
                           c.a.things.size(), c.b.things.size(), candidates.size())
             : fmt::format("no surveyed surface in common: {} and {} leaves", c.a.surfaces.size(), c.b.surfaces.size());

@@ -47,7 +47,7 @@ TEST(FineCorrespondence, StructureDecidesBetweenLeavesWhereItIsAskedFor) {
   for (const double share : {1.0, 0.5}) {
     Config config;
     config.alignment.leaf_geometry_share = share;
-    const auto found = fineCorrespondence(graphOf({car}), map, pairs, Pose::Identity(), config);
+    const auto found = fineCorrespondence(graphOf({car}), map, pairs, Pose::Identity(), config.alignment, 0.01);
     ASSERT_EQ(found.size(), 2U);
     EXPECT_EQ(found[0].map, share == 1 ? 0 : 1);
     EXPECT_EQ(found[1].map, share == 1 ? 1 : 0);

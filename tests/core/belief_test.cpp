@@ -140,11 +140,11 @@ TEST(Transform, OfABeliefEqualsTheBeliefOfTransformedPoints) {
   }
 }
 
-TEST(PositionCovariance, ShrinksWithTheEvidence) {
+TEST(CovarianceOfIndependentPoints, ShrinksWithTheEvidence) {
   Belief b{Vec3::Zero(), Vec3(4, 2, 1).asDiagonal(), 100};
-  EXPECT_TRUE(positionCovariance(b).isApprox(b.cov / 100, 1e-15));
+  EXPECT_TRUE(covarianceOfIndependentPoints(b).isApprox(b.cov / 100, 1e-15));
   b.kappa = 0;
-  EXPECT_TRUE(positionCovariance(b).allFinite());
+  EXPECT_TRUE(covarianceOfIndependentPoints(b).allFinite());
 }
 
 TEST(EdgeDistance, IsTheSumOfItsTwoPartsOverTheFloor) {

@@ -278,7 +278,7 @@ TEST(PoseManifold, IsMovedAndPoseDifference) {
 
 TEST(ObservationOf, IsWorthFewerPointsThanItHasAndNeverMoreThanItsNoiseAllows) {
   const Belief car{Vec3(5, 0, 0), Vec3(1.5, 0.3, 0.2).asDiagonal().toDenseMatrix(), 100000};
-  const ObservationNoise noise{.view_share = 0.3, .view_noise = 0.03};
+  const ObservationNoise noise{.position = {.view_share = 0.3, .view_noise = 0.03}};
   const ObjectObservation seen = observationOf(car, 1, 0, noise);
   const double count = 1 / (1e-5 + 0.09);
   EXPECT_NEAR(seen.extent_information, count / 2, 1e-9);
@@ -286,6 +286,17 @@ TEST(ObservationOf, IsWorthFewerPointsThanItHasAndNeverMoreThanItsNoiseAllows) {
   EXPECT_LE((cov - (car.cov / count + 9e-4 * Mat3::Identity())).norm(), 1e-12);
   const ObjectObservation sparse = observationOf({car.mean, car.cov, 2}, 1, 0, noise);
   EXPECT_NEAR(sparse.extent_information, 0.5 / (0.5 + 0.09), 1e-9);
+}
+
+TEST(ObservationOf, TrustsAViewAsTheModelOfPositionsDoes) {
+  std::mt19937 random(8);
+  for (int trial = 0; trial < 30; ++trial) {
+    const Belief seen = randomBelief(random, 10);
+    const ObjectObservation observation = observationOf(seen, 3, 0, {});
+    const Mat3 expected = (1 / seen.kappa + 0.49 / 3) * seen.cov + 0.0025 / 3 * Mat3::Identity();
+    EXPECT_LE(relativeError(observation.mean_information.inverse(), expected), 1e-9);
+    EXPECT_NEAR(observation.extent_information, 0.5 / (1 / seen.kappa + 0.49 / 3), 1e-9);
+  }
 }
 
 TEST(ObservationOf, WeighsEverythingAlikeInTheAblation) {

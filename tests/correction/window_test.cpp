@@ -104,7 +104,7 @@ Belief drawn(std::mt19937& random, const Belief& truth, double views, const Wind
 
 WindowConfig smallNoise() {
   WindowConfig config;
-  config.noise = {.view_share = kSmallShare, .view_noise = kSmallNoise};
+  config.noise = {.position = {.view_share = kSmallShare, .view_noise = kSmallNoise}};
   config.position_covariances = true;
   return config;
 }

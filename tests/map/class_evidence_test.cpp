@@ -42,7 +42,7 @@ Map mapWith(ClassId label, const std::vector<Belief>& leaves) {
 std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> objects, double weight = 1) {
   LocalGraph local;
   local.objects = std::move(objects);
-  return classEvidence(local, map, Pose::Identity(), weight, Config{});
+  return classEvidence(local, map, Pose::Identity(), weight, 100, 0.01);
 }
 
 /// As a map keeps it.

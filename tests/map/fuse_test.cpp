@@ -50,7 +50,9 @@ std::vector<ObjectPair> pairsByTile(const Map& map, const LocalGraph& local) {
 
 /// Applies the fusion of a frame to the map.
 MapDelta fuseInto(Map& map, const LocalGraph& local, const Pose& T, const std::vector<ObjectPair>& pairs = {}) {
-  return map.apply(fuse(map, local, T, pairs, classEvidence(local, map, T, 1, Config{}), testClasses(), Config{}));
+  const Config config;
+  const auto evidence = classEvidence(local, map, T, 1, config.map.active_radius, config.creation.sigma_floor);
+  return map.apply(fuse(map, local, T, pairs, evidence, testClasses(), config));
 }
 
 /// The same for a frame whose one object is node 1, once that exists.

@@ -409,6 +409,19 @@ TEST(PositionCovariance, ShrinksWithViewsDownToItsFloor) {
   }
 }
 
+TEST(PositionCovariance, OfANodeIsThatOfItsDrive) {
+  std::mt19937 random(5);
+  for (int run = 0; run < 50; ++run) {
+    MapNode node = randomNode(random, 20);
+    node.belief.kappa = 1 + run;
+    node.views = 1 + run / 10;
+    const double views = node.views;
+    const double share = 1 / node.belief.kappa + 0.7 * 0.7 / views + 0.06 * 0.06;
+    const Mat3 expected = share * node.belief.cov + (0.05 * 0.05 / views + 0.02 * 0.02) * Mat3::Identity();
+    EXPECT_EQ(positionCovariance(node), expected);
+  }
+}
+
 TEST(PositionCovariance, OfNoViewsAndNoEvidenceIsFiniteAndNotSmallerThanOfOne) {
   MapNode node = nodeAt(kCar, Vec3(1, 2, 3), 0.5, 0);
   node.views = 0;

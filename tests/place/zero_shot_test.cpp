@@ -130,21 +130,6 @@ TEST(ZeroShot, LeavesOfNoExtentAreRefused) {
   EXPECT_TRUE(z.T_a_b.matrix().allFinite());
 }
 
-TEST(ZeroShot, ASurfaceIndexBearsAnyRadiusAndAnyPoint) {
-  const double infinite = std::numeric_limits<double>::infinity();
-  std::vector<Surface> surfaces(3);
-  surfaces[1].mean = Vec3::Constant(1e300);
-  surfaces[2].mean = Vec3::Constant(std::nan(""));
-  for (const double radius : {0.0, -1.0, std::nan(""), 1e-300, 0.5}) {
-    const SurfaceIndex index(surfaces, radius);
-    for (const double x : {0.0, -1e300, infinite, std::nan("")}) {
-      std::vector<std::size_t> found{7};
-      index.near(Vec3::Constant(x), found);
-      EXPECT_EQ(found.size(), radius == 0.5 && x == 0 ? 1U : 0U) << radius << ", " << x;
-    }
-  }
-}
-
 TEST(ZeroShot, WhereNoTwoPairsAgreeThatIsTheReason) {
   const World yard = openYard({{kLamp, Vec3(0, 0, 0.5), 0.01 * Mat3::Identity()}});
   const Map map = mapOfWorld(yard, Pose::Identity(), 1);

@@ -93,7 +93,7 @@ Result<Prediction> predictionOf(const json& entry) {
   object.stuff = entry.value("stuff", false);
   object.belief = beliefOf(entry);
   object.position_cov =
-      entry.contains("position_cov") ? matrixOf(entry["position_cov"]) : positionCovariance(object.belief);
+      entry.contains("position_cov") ? matrixOf(entry["position_cov"]) : covarianceOfIndependentPoints(object.belief);
   for (const json& leaf : entry.value("geometry", json::array())) {
     object.geometry.push_back(beliefOf(leaf));
   }

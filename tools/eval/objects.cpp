@@ -27,7 +27,7 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
       const Vec3 error = prediction.belief.mean - object.belief.mean;
       const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
-        const Mat3 by_points = positionCovariance(prediction.belief);
+        const Mat3 by_points = covarianceOfIndependentPoints(prediction.belief);
         pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
                          normalisedSquare(error, prediction.position_cov), prediction.position_cov.trace() / 3,
                          normalisedSquare(error, by_points), by_points.trace() / 3});
