@@ -27,7 +27,8 @@ Corrector::Corrector(const Config& config, const ClassTable& classes, LoopTiming
     : config_(config),
       classes_(classes),
       pages_(std::move(pages)),
-      loops_(loopConfigOf(config.creation.tile_size, config.map.leaf_size), classes.similar(), timing) {}
+      loops_(loopConfigOf(config.creation.tile_size, config.map.leaf_size, config.alignment.gate), classes.similar(),
+             timing) {}
 
 void Corrector::start(const Map& stored) {
   if (config_.correction.loop_closure) {

@@ -18,8 +18,9 @@ constexpr std::size_t kMostThings = 60;  // that describe a place: the nearest
 /// Sizes of a place in tiles: what is compared, what is described, and how far apart two passes of it may be.
 constexpr double kPlaceTiles = 4, kDescriptorTiles = 2.5, kPassTiles = 1;
 constexpr double kDriftBound = 3;  // standard deviations
-/// How far beyond drift verification looks, in tiles and rad: a metre and a half outdoors.
-constexpr double kSlackTiles = 0.15, kTurnSlack = 3 * kDegree;
+/// How far beyond drift verification looks: half the distance at which a frame's things find their partners, and a
+/// turn.
+constexpr double kSlackGates = 0.5, kTurnSlack = 3 * kDegree;
 constexpr std::size_t kFewestThings = 4;
 
 /// Error of a verified loop in leaf sizes and rad: the largest of twenty right ones.
@@ -83,12 +84,12 @@ double deviationsOf(const LoopCandidate& candidate, const BetweenConstraint& loo
 
 }  // namespace
 
-LoopConfig loopConfigOf(double tile_size, double leaf_size) {
+LoopConfig loopConfigOf(double tile_size, double leaf_size, double gate) {
   LoopConfig config;
   config.descriptor_radius = kDescriptorTiles * tile_size;
   config.place_radius = kPlaceTiles * tile_size;
   config.pass_distance = kPassTiles * tile_size;
-  config.prior_slack = kSlackTiles * tile_size;
+  config.prior_slack = kSlackGates * gate;
   config.prior_turn_slack = kTurnSlack;
   config.sigma = kLoopSigmaLeaves * leaf_size;
   config.sigma_turn = kLoopTurn;

@@ -23,10 +23,11 @@ struct LoopConfig {
   double agree_turn = 0;         // rad, likewise
 };
 
-/// Lengths follow from the two scales of a map. The size of a place follows from `tile_size` (m), the edge of the tiles
+/// Lengths follow from the scales of a map. The size of a place follows from `tile_size` (m), the edge of the tiles
 /// of its stuff: what verification compares are four tiles to every side. How well a loop is known follows from
-/// `leaf_size` (m), the size of the leaves that it is registered by.
-LoopConfig loopConfigOf(double tile_size, double leaf_size);
+/// `leaf_size` (m), the size of the leaves that it is registered by. `gate` (m) is that of alignment: beyond drift,
+/// verification looks as far as half of it.
+LoopConfig loopConfigOf(double tile_size, double leaf_size, double gate);
 
 /// What the things around a keyframe look like from any side: how often two classes stand at a distance, as a histogram
 /// over (pair of classes, distance) of unit length.

@@ -61,7 +61,7 @@ struct Drive {
 
   /// Of a place that is small beside the square.
   static LoopConfig smallPlaces() {
-    LoopConfig loops = loopConfigOf(kTileSize, Config{}.map.leaf_size);
+    LoopConfig loops = loopConfigOf(kTileSize, Config{}.map.leaf_size, Config{}.alignment.gate);
     loops.descriptor_radius = 15;
     loops.place_radius = 24;
     loops.pass_distance = 6;
@@ -225,7 +225,7 @@ TEST(LoopCloser, KeyframesYoungerThanTheCandidateMoveWithTheNewestItKnew) {
                             1e-9));
 }
 
-const LoopConfig kOutdoors = loopConfigOf(10, 0.4);  // m, tiles and leaves
+const LoopConfig kOutdoors = loopConfigOf(10, 0.4, 3);  // m, tiles and leaves
 
 /// A robot that thinks it is `offset` from a room it knows, by keyframes that leave it `sigma` of doubt.
 struct Doubt {

@@ -9,14 +9,14 @@
 namespace hgg {
 namespace {
 
-const LoopConfig kConfig = loopConfigOf(10, 0.4);  // m, tiles and leaves outdoors
+const LoopConfig kConfig = loopConfigOf(10, 0.4, 3);  // m, tiles and leaves outdoors
 
 PlaceDescriptor describe(const Map& map, const Vec3& centre = Vec3::Zero()) {
   return describePlace(map, centre, kConfig.descriptor_radius);
 }
 
 TEST(LoopConfig, SizesOfAPlaceFollowTheTilesAndErrorsOfALoopTheLeaves) {
-  const LoopConfig outdoors = loopConfigOf(10, 0.4), indoors = loopConfigOf(3, 0.1);
+  const LoopConfig outdoors = loopConfigOf(10, 0.4, 3), indoors = loopConfigOf(3, 0.1, 1);
   EXPECT_DOUBLE_EQ(outdoors.place_radius, 40);
   EXPECT_DOUBLE_EQ(outdoors.descriptor_radius, 25);
   EXPECT_DOUBLE_EQ(outdoors.pass_distance, 10);
