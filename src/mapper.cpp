@@ -44,8 +44,8 @@ std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<Class
   return names;
 }
 
-/// What one step did first and then, as one. A node is named once: as removed before as changed before as moved,
-/// whichever came first.
+/// What one step did first and then, as one. A node is named once: as removed before as changed before as moved before
+/// as rewired, whichever came first.
 MapDelta joined(MapDelta first, MapDelta second) {
   if (second.revision == 0) {
     return first;
@@ -55,25 +55,13 @@ MapDelta joined(MapDelta first, MapDelta second) {
   std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
   std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
   std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
+  std::ranges::set_union(first.rewired, second.rewired, std::back_inserter(both.rewired));
   const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
   std::erase_if(both.changed, isRemoved);
-  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
+  const auto isChanged = [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); };
+  std::erase_if(both.moved, isChanged);
+  std::erase_if(both.rewired, [&](NodeId id) { return isChanged(id) || std::ranges::binary_search(both.moved, id); });
   return both;
-}
-
-std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, const CreationConfig& config) {
-  std::vector<GraphNode> nodes;
-  nodes.reserve(ids.size());
-  for (const NodeId id : ids) {
-    const MapNode* node = map.find(id);
-    nodes.push_back({node->label, &node->belief});
-  }
-  std::vector<Edge> edges;
-  for (const LocalEdge& e : connectObjects(nodes, config)) {
-    edges.push_back(
-        {ids[static_cast<std::size_t>(e.a)], ids[static_cast<std::size_t>(e.b)], static_cast<float>(e.weight)});
-  }
-  return edges;
 }
 
 }  // namespace
@@ -100,6 +88,7 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing)
       loops_(config_, classes_.similar(), timing) {
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
+  map_.setEdgeModel({config_.creation.sigma_floor, config_.creation.edge_geometry_share});
   if (config_.correction.loop_closure) {
     loops_.start(map_);
     map_.setDriftReach(config_.correction.drift_reach);
@@ -153,6 +142,7 @@ void Mapper::finish() {
   while (!pending_merges_.empty()) {
     mergePending({});
   }
+  map_.settleGraph();
 }
 
 MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, bool is_jump) {
@@ -219,39 +209,6 @@ MapDelta Mapper::carryOut(const MapCorrection& correction) {
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = move.linear();
   pose.information = turn * pose.information * turn.transpose();
   return delta;
-}
-
-std::vector<Edge> Mapper::edges() const {
-  std::vector<NodeId> ids;
-  for (const auto& [id, node] : map_.nodes()) {
-    if (isConfirmed(node)) {
-      ids.push_back(id);
-    }
-  }
-  return edgesAmong(map_, ids, config_.creation);
-}
-
-std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
-  const auto isDoubted = [&](NodeId id) { return !isConfirmed(*map_.find(id)); };
-  std::erase_if(ids, isDoubted);
-  if (ids.empty()) {
-    return {};
-  }
-  Vec3 centre = Vec3::Zero();
-  for (const NodeId id : ids) {
-    centre += map_.find(id)->belief.mean / static_cast<double>(ids.size());
-  }
-  double reach = 0;
-  for (const NodeId id : ids) {
-    reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
-  }
-  std::vector<NodeId> around = map_.nearAnywhere(centre, reach + config_.creation.tile_size);
-  std::erase_if(around, isDoubted);
-  std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
-  std::erase_if(edges, [&](const Edge& e) {
-    return !std::binary_search(ids.begin(), ids.end(), e.a) && !std::binary_search(ids.begin(), ids.end(), e.b);
-  });
-  return edges;
 }
 
 }  // namespace hgg

@@ -418,11 +418,20 @@ std::string writeDurably(const std::string& path, std::string_view bytes) {
   return ::close(fd) == 0 && synced ? "" : std::strerror(errno);
 }
 
+std::vector<Edge> settledEdges(const Map& map) {
+  if (map.graph().isSettled()) {
+    return map.graph().edges();
+  }
+  ObjectGraph settled = map.graph();
+  settled.settle();
+  return settled.edges();
+}
+
 }  // namespace
 
-std::string encodeMap(const Map& map, const std::vector<Edge>& edges) {
-  return pack(encodePayload(map, edges).bytes());
-}
+std::string encodeMap(const Map& map) { return pack(encodePayload(map, settledEdges(map)).bytes()); }
+
+std::string encodeMap(const StoredMap& stored) { return pack(encodePayload(stored.map, stored.edges).bytes()); }
 
 Result<StoredMap> decodeMap(std::string_view bytes) {
   const std::size_t header_bytes = kMagic.size() + sizeof(kVersion);
@@ -444,8 +453,8 @@ Result<StoredMap> decodeMap(std::string_view bytes) {
                 : Result<StoredMap>::fail("truncated or corrupted (its contents do not follow the format)");
 }
 
-std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path) {
-  const Writer payload = encodePayload(map, edges);
+std::string saveMap(const Map& map, const std::string& path) {
+  const Writer payload = encodePayload(map, settledEdges(map));
   if (!payload.finite()) {
     return fmt::format("{}: the map holds numbers that are not finite; it is not written", path);
   }

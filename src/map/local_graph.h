@@ -27,16 +27,13 @@ struct LocalObject {
   std::size_t begin = 0, end = 0;               // its points among the graph's
 };
 
-struct LocalEdge {
-  int a = 0, b = 0;
-  double weight = 0;  // eq. rel_weights
-};
-
 /// G_t: what one frame says, before the map is asked anything.
 struct LocalGraph {
   Micros utime_us = 0;
   std::vector<LocalObject> objects;
-  std::vector<LocalEdge> edges;
+  /// Relative neighbourhood graph over the means. Its weights (eq. rel_weights) are left out: of a frame nobody asks
+  /// for them, and the map's graph weighs its own edges.
+  std::vector<std::pair<int, int>> edges;
   std::vector<PackedPoint> points;  // kept, body frame
   std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
 };

@@ -3,12 +3,13 @@
 #include <limits>
 #include <map>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "core/point_index.h"
 #include "map/keyframes.h"
 #include "map/node.h"
+#include "map/object_graph.h"
 
 namespace hgg {
 
@@ -45,6 +46,7 @@ struct MapDelta {
   std::vector<NodeId> removed;      // ascending
   std::vector<NodeId> reactivated;  // active from now on, ascending: may be there twice
   std::vector<NodeId> colliding;    // moved into a tile that has another node, ascending
+  std::vector<NodeId> rewired;      // otherwise as they were, with other edges in the object graph, ascending
 };
 
 /// The global scene graph. Only apply() mutates it.
@@ -87,6 +89,14 @@ class Map {
   /// Makes active what lies within reach of a keyframe: where the robot is as it goes on from a stored map.
   void startAt(KeyframeId id);
 
+  /// The relative neighbourhood graph of the nodes believed in. Follows every change, those of a closed loop over the
+  /// frames after it. Empty until the edge model is set.
+  const ObjectGraph& graph() const { return graph_; }
+  /// Builds the graph of the nodes that are there, and keeps it from now on.
+  void setEdgeModel(const EdgeModel& model);
+  /// Makes the graph exact where a loop has left it to later frames: before a map is stored.
+  void settleGraph() { graph_.settle(); }
+
   /// How many of the nodes are believed in.
   std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
@@ -102,10 +112,6 @@ class Map {
                      std::int64_t revision, NodeId next_id = 1);
 
  private:
-  using Cell = Tile;  // coarse grid over node means
-  struct CellHash {
-    std::size_t operator()(const Cell& c) const;
-  };
   struct TileKey {
     ClassId label;
     Tile tile;
@@ -114,8 +120,10 @@ class Map {
 
   void insert(MapNode node);
   void erase(NodeId id);
-  void index(const MapNode& node);
-  void unindex(const MapNode& node);
+  void indexTile(const MapNode& node);
+  void unindexTile(const MapNode& node);
+  /// Tells the object graph how a node is now.
+  void enterGraph(const MapNode& node);
   /// Moves what is anchored to the keyframes of `moves`.
   void moveNodes(const KeyframeMoves& moves, MapDelta& delta);
   /// True when it lies in another tile now.
@@ -123,7 +131,8 @@ class Map {
   void findActive(KeyframeId from, MapDelta& delta);
 
   std::map<NodeId, MapNode> nodes_;
-  std::unordered_map<Cell, std::vector<NodeId>, CellHash> cells_;
+  PointIndex means_;
+  ObjectGraph graph_;
   std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
   KeyframeGraph keyframes_;
   std::vector<bool> active_;                   // keyframes
