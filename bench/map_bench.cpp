@@ -76,7 +76,7 @@ void SaveAndLoad(benchmark::State& state) {
   const Mapper mapper = lapped();
   const std::string path = (std::filesystem::temp_directory_path() / "hgg_bench.hgg").string();
   for (auto _ : state) {
-    saveMap(mapper.map(), mapper.edges(), path);
+    saveMap(mapper.map(), path);
     benchmark::DoNotOptimize(loadMap(path));
   }
   std::filesystem::remove(path);

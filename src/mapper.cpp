@@ -41,21 +41,6 @@ std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<Class
   return names;
 }
 
-std::vector<Edge> edgesAmong(const Map& map, const std::vector<NodeId>& ids, const CreationConfig& config) {
-  std::vector<GraphNode> nodes;
-  nodes.reserve(ids.size());
-  for (const NodeId id : ids) {
-    const MapNode* node = map.find(id);
-    nodes.push_back({node->label, &node->belief});
-  }
-  std::vector<Edge> edges;
-  for (const LocalEdge& e : connectObjects(nodes, config)) {
-    edges.push_back(
-        {ids[static_cast<std::size_t>(e.a)], ids[static_cast<std::size_t>(e.b)], static_cast<float>(e.weight)});
-  }
-  return edges;
-}
-
 }  // namespace
 
 std::string explainMismatch(const Map& map, const Config& config, const ClassTable& classes) {
@@ -80,6 +65,7 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing, Pa
       corrector_(config_, classes_, timing, std::move(pages)) {
   map_.setClassNames(namesOf(classes_, map_.classNames()));
   map_.setTileSize(config_.creation.tile_size);
+  map_.setEdgeModel({config_.creation.sigma_floor, config_.creation.edge_geometry_share});
   corrector_.start(map_);
   if (config_.correction.loop_closure) {
     map_.setDriftReach(config_.correction.drift_reach);
@@ -153,39 +139,7 @@ void Mapper::finish() {
   if (last_) {
     last_->pose = correction.pose;
   }
-}
-
-std::vector<Edge> Mapper::edges() const {
-  std::vector<NodeId> ids;
-  for (const auto& [id, node] : map_.nodes()) {
-    if (isConfirmed(node)) {
-      ids.push_back(id);
-    }
-  }
-  return edgesAmong(map_, ids, config_.creation);
-}
-
-std::vector<Edge> Mapper::edgesOf(std::vector<NodeId> ids) const {
-  const auto isDoubted = [&](NodeId id) { return !isConfirmed(*map_.find(id)); };
-  std::erase_if(ids, isDoubted);
-  if (ids.empty()) {
-    return {};
-  }
-  Vec3 centre = Vec3::Zero();
-  for (const NodeId id : ids) {
-    centre += map_.find(id)->belief.mean / static_cast<double>(ids.size());
-  }
-  double reach = 0;
-  for (const NodeId id : ids) {
-    reach = std::max(reach, (map_.find(id)->belief.mean - centre).norm());
-  }
-  std::vector<NodeId> around = map_.nearAnywhere(centre, reach + config_.creation.tile_size);
-  std::erase_if(around, isDoubted);
-  std::vector<Edge> edges = edgesAmong(map_, around, config_.creation);
-  std::erase_if(edges, [&](const Edge& e) {
-    return !std::binary_search(ids.begin(), ids.end(), e.a) && !std::binary_search(ids.begin(), ids.end(), e.b);
-  });
-  return edges;
+  map_.settleGraph();
 }
 
 }  // namespace hgg

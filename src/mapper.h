@@ -47,10 +47,6 @@ class Mapper {
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
   const LoopCloser& loops() const { return corrector_.loops(); }
-  /// The relative neighbourhood graph of the nodes believed in, weighted (eq. rel_weights).
-  std::vector<Edge> edges() const;
-  /// Edges of that graph with an end among `ids` (ascending).
-  std::vector<Edge> edgesOf(std::vector<NodeId> ids) const;
 
  private:
   /// The last refined pose and the odometry it came with.

@@ -75,7 +75,7 @@ void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, c
 
 std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
   // The map first: it is what the drive was for.
-  std::vector<std::string> errors{saveMap(mapper.map(), mapper.edges(), path("map.hgg"))};
+  std::vector<std::string> errors{saveMap(mapper.map(), path("map.hgg"))};
   trajectory_.close();
   const std::string part = path(kTrajectoryPart), corrected = path("trajectory.tum.tmp");
   if (trajectory_ && correctTrajectory(part, corrected, mapper.map().keyframes()) &&

@@ -105,9 +105,9 @@ TEST(Mapper, RoadIsATileANodeAndItsPointsAreAllThere) {
 
 TEST(Mapper, TwoRunsGiveTheSameBytes) {
   const Mapper a = mapped(drive(3, 10)), b = mapped(drive(3, 10));
-  EXPECT_EQ(encodeMap(a.map(), a.edges()), encodeMap(b.map(), b.edges()));
+  EXPECT_EQ(encodeMap(a.map()), encodeMap(b.map()));
   const Mapper other = mapped(drive(4, 10));
-  EXPECT_NE(encodeMap(a.map(), a.edges()), encodeMap(other.map(), other.edges()));
+  EXPECT_NE(encodeMap(a.map()), encodeMap(other.map()));
 }
 
 TEST(Mapper, AFrameWithoutPointsIsAFrame) {
@@ -172,7 +172,7 @@ TEST(Mapper, GoingOnFromAFileSeesTheSameObjects) {
   const std::vector<Frame> frames = drive(8, 10);
   const Mapper whole = mapped(frames);
   const Mapper first = mapped({frames.begin(), frames.begin() + 5});
-  const auto stored = decodeMap(encodeMap(first.map(), first.edges()));
+  const auto stored = decodeMap(encodeMap(first.map()));
   ASSERT_TRUE(stored) << stored.error;
   Mapper second({}, testClasses(), stored->map);
   for (auto it = frames.begin() + 5; it != frames.end(); ++it) {
@@ -205,7 +205,7 @@ TEST(Mapper, MapsFarFromTheOriginOfItsOdometry) {
   }
 }
 
-TEST(MapperEdges, AreTheRelativeNeighborhoodOfTheMap) {
+TEST(Mapper, KeepsTheGraphOfItsMapAndThatOfAMapItGoesOnFrom) {
   const Mapper mapper = mapped(drive(10, 4));
   std::vector<NodeId> ids;
   std::vector<Vec3> means;
@@ -217,30 +217,14 @@ TEST(MapperEdges, AreTheRelativeNeighborhoodOfTheMap) {
   for (const auto& [a, b] : relativeNeighborhood(means)) {
     expected.emplace_back(ids[static_cast<std::size_t>(a)], ids[static_cast<std::size_t>(b)]);
   }
-  for (const Edge& e : mapper.edges()) {
+  for (const Edge& e : mapper.map().graph().edges()) {
     actual.emplace_back(e.a, e.b);
     EXPECT_LT(e.a, e.b);
     EXPECT_TRUE(e.weight >= 0 && e.weight <= 1) << e.weight;
   }
   EXPECT_EQ(actual, expected);
-}
-
-TEST(MapperEdges, OfSomeNodesAreThoseWithAnEndAmongThem) {
-  const Mapper mapper = mapped(drive(11, 4));
-  for (const auto& [id, node] : mapper.map().nodes()) {
-    std::vector<std::pair<NodeId, NodeId>> expected, actual;
-    for (const Edge& e : mapper.edges()) {
-      const double length = (mapper.map().find(e.a)->belief.mean - mapper.map().find(e.b)->belief.mean).norm();
-      if ((e.a == id || e.b == id) && length <= mapper.config().creation.tile_size) {
-        expected.emplace_back(e.a, e.b);
-      }
-    }
-    for (const Edge& e : mapper.edgesOf({id})) {
-      actual.emplace_back(e.a, e.b);
-    }
-    EXPECT_EQ(actual, expected) << "of node " << id;
-  }
-  EXPECT_TRUE(mapper.edgesOf({}).empty());
+  const std::string bytes = encodeMap(mapper.map());
+  EXPECT_EQ(encodeMap(Mapper({}, testClasses(), decodeMap(bytes)->map).map()), bytes);
 }
 
 TEST(ExplainMismatch, AMapOfOtherTilesOrKindsCannotGoOn) {

@@ -44,8 +44,8 @@ std::vector<GaussianPair> edgeGaussians(const LocalGraph& local, const Map& map,
     known[static_cast<std::size_t>(pair.local)] = &map.find(pair.map)->belief;
   }
   std::vector<GaussianPair> gaussians;
-  for (const LocalEdge& edge : local.edges) {
-    const auto a = static_cast<std::size_t>(edge.a), b = static_cast<std::size_t>(edge.b);
+  for (const auto& edge : local.edges) {
+    const auto a = static_cast<std::size_t>(edge.first), b = static_cast<std::size_t>(edge.second);
     if (known[a] == nullptr || known[b] == nullptr) {
       continue;
     }

@@ -21,11 +21,11 @@ void count(NeighborHistogram& histogram, ClassId label) {
 }  // namespace
 
 std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
-                                                  const std::vector<LocalEdge>& edges) {
+                                                  const std::vector<std::pair<int, int>>& edges) {
   std::vector<NeighborHistogram> histograms(labels.size());
-  for (const LocalEdge& e : edges) {
-    count(histograms[static_cast<std::size_t>(e.a)], labels[static_cast<std::size_t>(e.b)]);
-    count(histograms[static_cast<std::size_t>(e.b)], labels[static_cast<std::size_t>(e.a)]);
+  for (const auto& [a, b] : edges) {
+    count(histograms[static_cast<std::size_t>(a)], labels[static_cast<std::size_t>(b)]);
+    count(histograms[static_cast<std::size_t>(b)], labels[static_cast<std::size_t>(a)]);
   }
   return histograms;
 }

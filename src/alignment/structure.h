@@ -14,7 +14,7 @@ using NeighborHistogram = std::vector<std::pair<ClassId, int>>;
 
 /// One histogram per node of a graph.
 std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
-                                                  const std::vector<LocalEdge>& edges);
+                                                  const std::vector<std::pair<int, int>>& edges);
 
 /// The histogram of a node with these neighbours.
 NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vector<int>& neighbors);

@@ -1,7 +1,5 @@
 #include "creation/object_graph.h"
 
-#include <algorithm>
-
 #include "core/neighborhood.h"
 #include "creation/geometry_graph.h"
 #include "creation/instances.h"
@@ -31,28 +29,6 @@ LocalObject createObject(const Instance& instance, std::span<PackedPoint> points
 
 }  // namespace
 
-std::vector<LocalEdge> connectObjects(const std::vector<GraphNode>& nodes, const CreationConfig& config) {
-  std::vector<Vec3> means;
-  means.reserve(nodes.size());
-  for (const GraphNode& node : nodes) {
-    means.push_back(node.belief->mean);
-  }
-  std::vector<LocalEdge> edges;
-  double s1_max = 0;
-  for (const auto& [a, b] : relativeNeighborhood(means)) {
-    const double s1 = edgeDistance(*nodes[static_cast<std::size_t>(a)].belief,
-                                   *nodes[static_cast<std::size_t>(b)].belief, config.sigma_floor);
-    s1_max = std::max(s1_max, s1);
-    edges.push_back({a, b, s1});
-  }
-  const double c = config.edge_geometry_share;
-  for (LocalEdge& e : edges) {
-    const double s2 = nodes[static_cast<std::size_t>(e.a)].label == nodes[static_cast<std::size_t>(e.b)].label ? 0 : 1;
-    e.weight = (s1_max > 0 ? c * e.weight / s1_max : 0) + (1 - c) * s2;
-  }
-  return edges;
-}
-
 LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const ClassTable& classes,
                             const Config& config) {
   Instances instances = segmentInstances(frame, T_map_body, classes, config);
@@ -63,7 +39,7 @@ LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const Cl
   graph.ignored_points = instances.ignored_points;
   graph.unknown_labels = instances.unknown_labels;
   graph.objects.reserve(instances.list.size());
-  std::vector<GraphNode> nodes;
+  std::vector<Vec3> means;
   for (const Instance& instance : instances.list) {
     const auto points = std::span(instances.points).subspan(instance.begin, instance.end - instance.begin);
     graph.objects.push_back(createObject(instance, points, config.creation));
@@ -71,9 +47,9 @@ LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const Cl
   }
   graph.points = std::move(instances.points);
   for (const LocalObject& object : graph.objects) {
-    nodes.push_back({object.label, &object.belief});
+    means.push_back(object.belief.mean);
   }
-  graph.edges = connectObjects(nodes, config.creation);
+  graph.edges = relativeNeighborhood(means);
   return graph;
 }
 

@@ -34,17 +34,20 @@ namespace hgg {
 ///
 /// Equal maps give equal bytes.
 
-/// The bytes of a map file.
-std::string encodeMap(const Map& map, const std::vector<Edge>& edges);
-
-/// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power
-/// cut never meets half a map. Returns an error line, empty when done.
-std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path);
-
+/// A map as it was stored. The weights of the edges are those it was stored with: what goes on from the map sets its
+/// edge model, and has a graph of its own from then on.
 struct StoredMap {
   Map map;
   std::vector<Edge> edges;
 };
+
+/// The bytes of a map file. Of a map, with the edges of its graph (those it has once it is settled).
+std::string encodeMap(const Map& map);
+std::string encodeMap(const StoredMap& stored);
+
+/// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power
+/// cut never meets half a map. Returns an error line, empty when done.
+std::string saveMap(const Map& map, const std::string& path);
 
 /// Reads the bytes of a map file.
 Result<StoredMap> decodeMap(std::string_view bytes);

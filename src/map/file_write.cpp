@@ -189,9 +189,7 @@ std::string writeDurably(const Map& map, const std::vector<Edge>& edges, const s
   return ::close(fd) == 0 || !why.empty() ? why : std::strerror(errno);
 }
 
-}  // namespace
-
-std::string encodeMap(const Map& map, const std::vector<Edge>& edges) {
+std::string encode(const Map& map, const std::vector<Edge>& edges) {
   std::string bytes;
   Writer writer([&](std::string_view more) {
     bytes.append(more);
@@ -201,9 +199,25 @@ std::string encodeMap(const Map& map, const std::vector<Edge>& edges) {
   return bytes;
 }
 
-std::string saveMap(const Map& map, const std::vector<Edge>& edges, const std::string& path) {
+/// The edges of the map's graph as they are once it is settled.
+std::vector<Edge> settledEdges(const Map& map) {
+  if (map.graph().isSettled()) {
+    return map.graph().edges();
+  }
+  ObjectGraph settled = map.graph();
+  settled.settle();
+  return settled.edges();
+}
+
+}  // namespace
+
+std::string encodeMap(const StoredMap& stored) { return encode(stored.map, stored.edges); }
+
+std::string encodeMap(const Map& map) { return encode(map, settledEdges(map)); }
+
+std::string saveMap(const Map& map, const std::string& path) {
   const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
-  std::string why = writeDurably(map, edges, temporary);
+  std::string why = writeDurably(map, settledEdges(map), temporary);
   if (why.empty() && std::rename(temporary.c_str(), path.c_str()) != 0) {
     why = std::strerror(errno);
   }

@@ -26,16 +26,13 @@ struct LocalObject {
   std::size_t begin = 0, end = 0;  // its points in LocalGraph::points
 };
 
-struct LocalEdge {
-  int a = 0, b = 0;
-  double weight = 0;  // eq. rel_weights
-};
-
 /// G_t: the objects of one frame, made without looking at the map.
 struct LocalGraph {
   Micros utime_us = 0;
   std::vector<LocalObject> objects;
-  std::vector<LocalEdge> edges;
+  /// Relative neighbourhood graph over the means, pairs (i < j). Its weights (eq. rel_weights) are left out: nobody
+  /// asks for those of a frame, and the map's graph weighs its own edges.
+  std::vector<std::pair<int, int>> edges;
   std::vector<PackedPoint> points;  // body frame, without those that were left out and counted below
   std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
 };

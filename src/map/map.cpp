@@ -9,25 +9,12 @@
 namespace hgg {
 namespace {
 
-constexpr double kCellSize = 10.0;  // m, of the index over node means
 constexpr int kNeighbours = 8;
 
-/// Columns: places spread over the ground, and a robot looks farther than a house is high.
-Tile cellOf(const Vec3& mean) {
-  const Eigen::Array3d c = (mean / kCellSize).array().floor().max(-1e9).min(1e9);  // so that neighbours of it exist too
-  return {static_cast<std::int32_t>(c[0]), static_cast<std::int32_t>(c[1]), 0};
-}
-
-double cellsBetween(const Tile& low, const Tile& high) {
-  return (high.x - low.x + 1.0) * (high.y - low.y + 1.0) * (high.z - low.z + 1.0);
-}
+/// What a correction has moved is taken into the object graph at once up to this many nodes, a few milliseconds' work.
+constexpr std::size_t kMovedAtOnce = 300;
 
 }  // namespace
-
-std::size_t Map::CellHash::operator()(const Cell& c) const {
-  const auto mix = [](std::int32_t v) { return static_cast<std::uint64_t>(static_cast<std::uint32_t>(v)); };
-  return (mix(c.x) * 73856093ULL) ^ (mix(c.y) * 19349669ULL) ^ (mix(c.z) * 83492791ULL);
-}
 
 MapDelta joined(MapDelta first, const MapDelta& second) {
   if (second.revision == 0) {
@@ -38,9 +25,12 @@ MapDelta joined(MapDelta first, const MapDelta& second) {
   std::ranges::set_union(first.changed, second.changed, std::back_inserter(both.changed));
   std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
   std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
+  std::ranges::set_union(first.rewired, second.rewired, std::back_inserter(both.rewired));
   const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
   std::erase_if(both.changed, isRemoved);
-  std::erase_if(both.moved, [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); });
+  const auto isChanged = [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); };
+  std::erase_if(both.moved, isChanged);
+  std::erase_if(both.rewired, [&](NodeId id) { return isChanged(id) || std::ranges::binary_search(both.moved, id); });
   return both;
 }
 
@@ -58,6 +48,7 @@ MapDelta Map::apply(MapUpdate update) {
   }
   for (const NodeId id : update.removed) {
     erase(id);
+    graph_.remove(id);
   }
   for (MapNode& node : update.changed) {
     delta.changed.push_back(node.id);
@@ -77,6 +68,11 @@ MapDelta Map::apply(MapUpdate update) {
   delta.removed = std::move(update.removed);
   std::sort(delta.changed.begin(), delta.changed.end());
   std::sort(delta.removed.begin(), delta.removed.end());
+  for (const NodeId id : delta.changed) {
+    enterGraph(*find(id));
+  }
+  delta.rewired = graph_.refresh();
+  std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.changed, id); });
   std::erase_if(delta.reactivated, [&](NodeId id) { return find(id) == nullptr; });
   return delta;
 }
@@ -94,6 +90,12 @@ MapDelta Map::apply(const MapCorrection& correction) {
   }
   std::ranges::sort(moves, {}, [](const auto& m) { return m.first; });
   moveNodes(moves, delta);
+  if (delta.moved.size() > kMovedAtOnce) {
+    graph_.postpone(keyframes_.poses().back().T_map_body.translation());
+  } else {
+    delta.rewired = graph_.refresh();
+    std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.moved, id); });
+  }
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
   }
@@ -136,16 +138,17 @@ bool Map::moveNode(MapNode& node, const Pose& move) {
   const Belief belief = transform(move, node.belief);
   const Tile tile = node.stuff && tile_size_ > 0 ? tileOf(belief.mean, tile_size_) : node.tile;
   const bool is_renamed = tile != node.tile;
-  const bool stays = !is_renamed && cellOf(belief.mean) == cellOf(node.belief.mean);
-  if (!stays) {
-    unindex(node);
+  if (is_renamed) {
+    unindexTile(node);
   }
   node.belief = belief;
   node.T_map_object = orthonormalized(move * node.T_map_object);
   node.tile = tile;
-  if (!stays) {
-    index(node);
+  if (is_renamed) {
+    indexTile(node);
   }
+  means_.move(means_.find(node.id), belief.mean);
+  graph_.move(node.id, belief);
   return is_renamed;
 }
 
@@ -159,7 +162,9 @@ MapPage Map::pageOut(KeyframeId id) {
     bounds.radius = std::max(bounds.radius, (find(node)->belief.mean - T_map_keyframe.translation()).norm());
     page.nodes.push_back(*find(node));
     erase(node);
+    graph_.remove(node);
   }
+  graph_.refresh();
   paged_out_[id] = bounds;
   return page;
 }
@@ -174,6 +179,7 @@ MapDelta Map::pageIn(MapPage page) {
   for (MapNode& node : page.nodes) {
     const NodeId id = node.id;
     insert(std::move(node));
+    enterGraph(*find(id));
     if (!bounds.was_active && isActive(page.keyframe)) {
       delta.reactivated.push_back(id);
     }
@@ -181,6 +187,8 @@ MapDelta Map::pageIn(MapPage page) {
   if (is_moved) {
     moveNodes({{page.keyframe, orthonormalized(T_map_keyframe * bounds.T_map_keyframe.inverse())}}, delta);
   }
+  delta.rewired = graph_.refresh();
+  std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.moved, id); });
   return delta;
 }
 
@@ -257,35 +265,25 @@ std::vector<NodeId> Map::near(const Vec3& centre, double radius) const {
   return ids;
 }
 
-std::vector<NodeId> Map::nearAnywhere(const Vec3& centre, double radius) const {
-  std::vector<NodeId> ids;
-  const auto take = [&](NodeId id, const MapNode& node) {
-    if ((node.belief.mean - centre).squaredNorm() <= radius * radius) {
-      ids.push_back(id);
-    }
-  };
-  const Vec3 reach = Vec3::Constant(radius);
-  const Tile low = cellOf(centre - reach), high = cellOf(centre + reach);
-  if (cellsBetween(low, high) > static_cast<double>(nodes_.size())) {
-    for (const auto& [id, node] : nodes_) {
-      take(id, node);
-    }
-    return ids;
+std::vector<NodeId> Map::nearAnywhere(const Vec3& centre, double radius) const { return means_.near(centre, radius); }
+
+void Map::setEdgeModel(const EdgeModel& model) {
+  graph_.setModel(model);
+  for (const auto& [id, node] : nodes_) {
+    enterGraph(node);
   }
-  Cell c;
-  for (c.x = low.x; c.x <= high.x; ++c.x) {
-    for (c.y = low.y; c.y <= high.y; ++c.y) {
-      for (c.z = low.z; c.z <= high.z; ++c.z) {
-        if (const auto it = cells_.find(c); it != cells_.end()) {
-          for (const NodeId id : it->second) {
-            take(id, *find(id));
-          }
-        }
-      }
-    }
+  graph_.settle();
+}
+
+void Map::enterGraph(const MapNode& node) {
+  if (!graph_.hasModel()) {
+    return;
   }
-  std::sort(ids.begin(), ids.end());
-  return ids;
+  if (isConfirmed(node)) {
+    graph_.put(node.id, node.label, node.belief);
+  } else {
+    graph_.remove(node.id);
+  }
 }
 
 std::size_t Map::confirmedCount() const {
@@ -294,9 +292,11 @@ std::size_t Map::confirmedCount() const {
 }
 
 double Map::megabytes() const {
-  // A tree node, its index entries and its class views cost about 150 B beside the payload.
-  const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + leaf_count_ * sizeof(Leaf) +
-                            keyframes_.poses().size() * sizeof(TimedPose) +
+  // A tree node, its index entries and its class views cost about 150 B beside the payload, and its place and edges in
+  // the object graph as much twice over.
+  constexpr std::size_t kGraphBytes = 300;
+  const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + graph_.size() * kGraphBytes +
+                            leaf_count_ * sizeof(Leaf) + keyframes_.poses().size() * sizeof(TimedPose) +
                             keyframes_.edges().size() * (sizeof(BetweenConstraint) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
@@ -316,30 +316,26 @@ Map Map::restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<C
   return map;
 }
 
-void Map::index(const MapNode& node) {
-  cells_[cellOf(node.belief.mean)].push_back(node.id);
+void Map::indexTile(const MapNode& node) {
   if (node.stuff) {
     std::vector<NodeId>& ids = tiles_[{node.label, node.tile}];
     ids.insert(std::ranges::upper_bound(ids, node.id), node.id);
   }
 }
 
-void Map::unindex(const MapNode& node) {
-  const auto drop = [&](auto& ids_of, const auto& key) {
-    const auto entry = ids_of.find(key);
+void Map::unindexTile(const MapNode& node) {
+  if (node.stuff) {
+    const auto entry = tiles_.find({node.label, node.tile});
     std::erase(entry->second, node.id);
     if (entry->second.empty()) {
-      ids_of.erase(entry);
+      tiles_.erase(entry);
     }
-  };
-  drop(cells_, cellOf(node.belief.mean));
-  if (node.stuff) {
-    drop(tiles_, TileKey{node.label, node.tile});
   }
 }
 
 void Map::insert(MapNode node) {
-  index(node);
+  means_.insert(node.id, node.belief.mean);
+  indexTile(node);
   leaf_count_ += leavesOf(node).size();
   if (node.anchor >= 0) {
     anchored_.at(static_cast<std::size_t>(node.anchor)).push_back(node.id);
@@ -356,7 +352,8 @@ void Map::erase(NodeId id) {
     std::abort();  // a caller changed or removed a node the map does not have
   }
   const MapNode& node = it->second;
-  unindex(node);
+  means_.remove(means_.find(id));
+  unindexTile(node);
   if (node.anchor >= 0) {
     std::erase(anchored_[static_cast<std::size_t>(node.anchor)], id);
   }

@@ -4,12 +4,13 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "core/point_index.h"
 #include "map/keyframes.h"
 #include "map/node.h"
+#include "map/object_graph.h"
 
 namespace hgg {
 
@@ -51,6 +52,7 @@ struct MapDelta {
   std::vector<NodeId> removed;
   std::vector<NodeId> reactivated;  // not active before, active now: the same object may have a second node
   std::vector<NodeId> colliding;    // stuff that was moved into a tile that has another node
+  std::vector<NodeId> rewired;      // not changed otherwise, with other edges in the object graph
 };
 
 /// What was done first and then, as one change. Each node is named once: as removed before as changed, and as changed
@@ -107,6 +109,14 @@ class Map {
   /// Makes the nodes active that are within reach of keyframe `id`, at which the robot goes on in a stored map.
   void startAt(KeyframeId id);
 
+  /// The relative neighbourhood graph of the confirmed nodes. Follows every change, those of a closed loop over the
+  /// frames after it. Empty until the edge model is set.
+  const ObjectGraph& graph() const { return graph_; }
+  /// Builds the graph of the nodes that are there, and keeps it from now on.
+  void setEdgeModel(const EdgeModel& model);
+  /// Makes the graph exact where a loop has left it to later frames: before a map is stored.
+  void settleGraph() { graph_.settle(); }
+
   /// Ids of the nodes in memory that are anchored to a keyframe, in no particular order.
   const std::vector<NodeId>& anchoredTo(KeyframeId id) const { return anchored_.at(static_cast<std::size_t>(id)); }
   /// Takes what is anchored to a keyframe out of memory. Edges to it leave the object graph with it.
@@ -133,10 +143,6 @@ class Map {
                      std::int64_t revision, NodeId next_id = 1);
 
  private:
-  using Cell = Tile;  // coarse grid over node means
-  struct CellHash {
-    std::size_t operator()(const Cell& c) const;
-  };
   struct TileKey {
     ClassId label;
     Tile tile;
@@ -152,8 +158,10 @@ class Map {
 
   void insert(MapNode node);
   void erase(NodeId id);
-  void index(const MapNode& node);
-  void unindex(const MapNode& node);
+  void indexTile(const MapNode& node);
+  void unindexTile(const MapNode& node);
+  /// Tells the object graph how a node is now.
+  void enterGraph(const MapNode& node);
   /// Moves what is anchored to the keyframes of `moves`.
   void moveNodes(const KeyframeMoves& moves, MapDelta& delta);
   /// True when it lies in another tile now.
@@ -161,7 +169,8 @@ class Map {
   void findActive(KeyframeId from, MapDelta& delta);
 
   std::map<NodeId, MapNode> nodes_;
-  std::unordered_map<Cell, std::vector<NodeId>, CellHash> cells_;
+  PointIndex means_;
+  ObjectGraph graph_;
   std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
   KeyframeGraph keyframes_;
   std::vector<bool> active_;                   // keyframes

@@ -15,9 +15,11 @@ MapDelta bringBack(Map& map, const PageStore& store, const Vec3& centre, double 
     std::ranges::copy(delta.moved, std::back_inserter(all.moved));
     std::ranges::copy(delta.reactivated, std::back_inserter(all.reactivated));
     std::ranges::copy(delta.colliding, std::back_inserter(all.colliding));
+    std::ranges::copy(delta.rewired, std::back_inserter(all.rewired));
   }
-  for (std::vector<NodeId>* ids : {&all.moved, &all.reactivated, &all.colliding}) {
+  for (std::vector<NodeId>* ids : {&all.moved, &all.reactivated, &all.colliding, &all.rewired}) {
     std::ranges::sort(*ids);
+    ids->erase(std::unique(ids->begin(), ids->end()), ids->end());
   }
   return all;
 }

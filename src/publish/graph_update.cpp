@@ -33,8 +33,9 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   GraphUpdate update;
   update.utime_us = report.utime_us;
   update.revision = report.delta.revision;
-  std::vector<NodeId> touched;
-  std::ranges::set_union(report.delta.changed, report.delta.moved, std::back_inserter(touched));
+  std::vector<NodeId> beliefs, touched;
+  std::ranges::set_union(report.delta.changed, report.delta.moved, std::back_inserter(beliefs));
+  std::ranges::set_union(beliefs, report.delta.rewired, std::back_inserter(touched));
   for (const NodeId id : touched) {
     const MapNode& node = *mapper.map().find(id);
     if (isConfirmed(node)) {
@@ -45,7 +46,7 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
   }
   update.removed.insert(update.removed.end(), report.delta.removed.begin(), report.delta.removed.end());
   std::ranges::sort(update.removed);
-  update.edges = mapper.edgesOf(std::move(touched));
+  update.edges = mapper.map().graph().edgesOf(touched);
   return update;
 }
 
@@ -59,7 +60,7 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
       update.objects.push_back(summarise(node, mapper.classes()));
     }
   }
-  update.edges = mapper.edges();
+  update.edges = mapper.map().graph().edges();
   return update;
 }
 

@@ -5,8 +5,8 @@
 
 namespace hgg {
 
-/// What a step changed: its created, changed, moved and removed nodes, and the edges with an end among those that are
-/// there. Edges between untouched nodes can come and go with a neighbour; completeGraph() carries those.
+/// What a step changed: its created, changed, moved and removed nodes, those whose edges a neighbour's change has
+/// changed, and all edges with an end among them. What a closed loop does to edges is said over the frames after it.
 GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report);
 
 /// The whole graph at its present revision, for late joiners. `utime_us` is the time of the newest frame.

@@ -16,7 +16,7 @@ LocalObject objectAt(ClassId label, const Vec3& mean, double deviation = 0.5, do
   return object;
 }
 
-LocalGraph graphOf(std::vector<LocalObject> objects, std::vector<LocalEdge> edges = {}) {
+LocalGraph graphOf(std::vector<LocalObject> objects, std::vector<std::pair<int, int>> edges = {}) {
   LocalGraph graph;
   graph.objects = std::move(objects);
   graph.edges = std::move(edges);
@@ -128,7 +128,7 @@ TEST(CoarseCorrespondence, NeighboursDecideBetweenTwinsAtTheSameDistance) {
                          nodeAt(kPole, Vec3(-1, 2.5, 0))});
   const LocalGraph local = graphOf({objectAt(kCar, Vec3(0, 0, 0)), objectAt(kPole, Vec3(20, 0, 0)),
                                     objectAt(kPole, Vec3(20, 5, 0)), objectAt(kCar, Vec3(20, 9, 0))},
-                                   {{0, 1, 1}, {0, 2, 1}, {0, 3, 1}});
+                                   {{0, 1}, {0, 2}, {0, 3}});
   Config config = geometryOnly(10);
   config.alignment.geometry_share = 0.5;
   const auto pairs = match(local, map, config);

@@ -11,8 +11,7 @@ namespace {
 
 TEST(NeighborHistograms, CountTheClassesAcrossEveryEdgeBothWays) {
   // A star: a car in the middle of two poles and another car.
-  const std::vector<NeighborHistogram> h =
-      neighborHistograms({10, 80, 80, 10}, {{0, 1, 0.5}, {0, 2, 0.5}, {0, 3, 0.5}});
+  const std::vector<NeighborHistogram> h = neighborHistograms({10, 80, 80, 10}, {{0, 1}, {0, 2}, {0, 3}});
   ASSERT_EQ(h.size(), 4U);
   EXPECT_EQ(h[0], (NeighborHistogram{{10, 1}, {80, 2}}));
   EXPECT_EQ(h[1], (NeighborHistogram{{10, 1}}));

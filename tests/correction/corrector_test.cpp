@@ -83,7 +83,7 @@ TEST(DecideKeyframe, ItsConstraintHasTheUncertaintyOfAllFramesSinceTheLastKeyfra
 TEST(Corrector, WithoutAKeyframeDoesNothing) {
   Corrector corrector = correctorOf(everythingOn());
   Map map = mapOf({nodeAt(kCar, Vec3(0, 4, 0)), nodeAt(kCar, Vec3(0, 4.1, 0))});
-  const std::string before = encodeMap(map, {});
+  const std::string before = encodeMap(map);
   MapDelta updated;
   updated.revision = map.revision();
   updated.changed = {2};
@@ -93,7 +93,7 @@ TEST(Corrector, WithoutAKeyframeDoesNothing) {
   alignment.pose.information = 3 * Mat6::Identity();
   alignment.pairs = {{0, 1, 0}};
   const Correction correction = corrector.correct(map, updated, false, local, alignment);
-  EXPECT_EQ(encodeMap(map, {}), before);
+  EXPECT_EQ(encodeMap(map), before);
   EXPECT_EQ(correction.delta.revision, updated.revision);
   EXPECT_EQ(correction.delta.changed, updated.changed);
   EXPECT_TRUE(correction.delta.moved.empty());

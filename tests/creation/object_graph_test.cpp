@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <limits>
 
 #include "core/neighborhood.h"
@@ -107,62 +106,20 @@ TEST(CreateLocalGraph, ThePredictedPoseMovesTilesAndNothingElse) {
   }
 }
 
-/// S1 of the paper from Eigen's general solvers.
-double geometryDistance(const Belief& a, const Belief& b, double sigma_floor) {
-  const Mat3 floor = sigma_floor * sigma_floor * Mat3::Identity(), cov_a = a.cov + floor, cov_b = b.cov + floor;
-  const Vec3 d = a.mean - b.mean;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Mat3> solver(cov_a, cov_b);
-  return std::sqrt(d.dot((0.5 * (cov_a + cov_b)).inverse() * d)) +
-         std::sqrt(solver.eigenvalues().array().log().square().sum());
-}
-
-TEST(ConnectObjects, WeightsEqualTheEquationAndLieInZeroToOne) {
+TEST(CreateLocalGraph, ConnectsTheObjectsByTheirRelativeNeighborhood) {
   std::mt19937 random(5);
-  for (const double share : {0.0, 0.3, 1.0}) {
-    CreationConfig config;
-    config.edge_geometry_share = share;
-    std::vector<Belief> beliefs;
-    std::vector<GraphNode> nodes;
-    std::vector<Vec3> means;
-    for (int k = 0; k < 60; ++k) {
-      beliefs.push_back(randomBelief(random, 20));
-    }
-    for (const Belief& b : beliefs) {
-      nodes.push_back({static_cast<ClassId>(below(random, 3)), &b});
-      means.push_back(b.mean);
-    }
-    const std::vector<LocalEdge> edges = connectObjects(nodes, config);
-    std::vector<std::pair<int, int>> pairs;
-    double s1_max = 0;
-    for (const LocalEdge& e : edges) {
-      pairs.emplace_back(e.a, e.b);
-      s1_max = std::max(s1_max, geometryDistance(beliefs[static_cast<std::size_t>(e.a)],
-                                                 beliefs[static_cast<std::size_t>(e.b)], config.sigma_floor));
-    }
-    EXPECT_EQ(pairs, relativeNeighborhood(means));
-    for (const LocalEdge& e : edges) {
-      const auto a = static_cast<std::size_t>(e.a), b = static_cast<std::size_t>(e.b);
-      const double s1 = geometryDistance(beliefs[a], beliefs[b], config.sigma_floor),
-                   s2 = nodes[a].label == nodes[b].label ? 0 : 1;
-      EXPECT_NEAR(e.weight, share * s1 / s1_max + (1 - share) * s2, 1e-9);
-      EXPECT_GE(e.weight, 0);
-      EXPECT_LE(e.weight, 1);
-    }
+  Frame frame;
+  for (int k = 0; k < 30; ++k) {
+    const Vec3 centre(3.0 * (k % 6) - 20, 4.0 * (k / 6) + uniform(random, -0.5, 0.5), 0);
+    addBox(frame, random, 100, k % 2 == 0 ? kCar : kPole, centre, Vec3(0.3, 0.3, 0.3));
   }
-}
-
-TEST(ConnectObjects, TakesNoNodesOneNodeAndCopiesOfANode) {
-  const Belief point{Vec3(1, 2, 3), Mat3::Zero(), 1};
-  EXPECT_TRUE(connectObjects({}, {}).empty());
-  EXPECT_TRUE(connectObjects({{kCar, &point}}, {}).empty());
-  const std::vector<LocalEdge> same = connectObjects({{kCar, &point}, {kCar, &point}}, {});
-  ASSERT_EQ(same.size(), 1U);
-  EXPECT_NEAR(same[0].weight, 0, 1e-9);
-  CreationConfig config;
-  config.edge_geometry_share = 0.3;
-  const std::vector<LocalEdge> differ = connectObjects({{kCar, &point}, {kPole, &point}}, config);
-  ASSERT_EQ(differ.size(), 1U);
-  EXPECT_TRUE(differ[0].weight >= 0.7 - 1e-9 && differ[0].weight <= 1) << differ[0].weight;
+  const LocalGraph graph = create(frame);
+  std::vector<Vec3> means;
+  for (const LocalObject& object : graph.objects) {
+    means.push_back(object.belief.mean);
+  }
+  EXPECT_GT(means.size(), 20U);
+  EXPECT_EQ(graph.edges, relativeNeighborhood(means));
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST(MapCorrection, ATileIsNamedByWhereItsMeanHasComeToLie) {
 
 TEST(MapCorrection, ToWhereKeyframesAreChangesNoByte) {
   for (Map map : {drive(6), drive(30, 0.1)}) {
-    const std::string before = encodeMap(map, {});
+    const std::string before = encodeMap(map);
     MapCorrection correction;
     for (KeyframeId k = 0; k <= map.keyframes().last(); ++k) {
       correction.moved.emplace_back(k, map.keyframes().poses()[static_cast<std::size_t>(k)].T_map_body);
@@ -154,7 +154,7 @@ TEST(MapCorrection, ToWhereKeyframesAreChangesNoByte) {
     const MapDelta delta = map.apply(correction);
     EXPECT_TRUE(delta.moved.empty());
     EXPECT_TRUE(delta.reactivated.empty());
-    EXPECT_EQ(encodeMap(map, {}), before);
+    EXPECT_EQ(encodeMap(map), before);
   }
 }
 
@@ -282,7 +282,7 @@ TEST(MapReach, NodesWithoutAnAnchorAreAlwaysActive) {
 
 TEST(MapReach, AStoredMapIsActiveAsAWholeUntilANewKeyframe) {
   const Map driven = drive(30, 0.1);
-  auto stored = decodeMap(encodeMap(driven, {}));
+  auto stored = decodeMap(encodeMap(driven));
   ASSERT_TRUE(stored) << stored.error;
   Map map = std::move(stored->map);
   map.setDriftReach(0.1);

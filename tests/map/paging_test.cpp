@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <tuple>
 
 #include "map/file.h"
 #include "map/test_map.h"
@@ -65,18 +66,35 @@ struct Shelf {
 
 TEST(Paging, WhatComesBackIsWhatWentAway) {
   Map map = drive(40);
-  const std::string before = encodeMap(map, {});
+  const std::string before = encodeMap(map);
   Shelf shelf;
   const PageStore store = shelf.store(30);
   pageOutBeyond(map, store, Vec3(0, 0, 0), {});
   EXPECT_LT(map.nodes().size(), 16U);
   EXPECT_GT(shelf.pages.size(), 30U);
-  EXPECT_NE(encodeMap(map, {}), before);
+  EXPECT_NE(encodeMap(map), before);
   const MapDelta delta = bringBack(map, store, Vec3::Zero(), 1e6);
   EXPECT_TRUE(shelf.pages.empty());
   EXPECT_TRUE(delta.moved.empty());
   EXPECT_TRUE(delta.reactivated.empty());
-  EXPECT_EQ(encodeMap(map, {}), before);
+  EXPECT_EQ(encodeMap(map), before);
+}
+
+TEST(Paging, EdgesLeaveWithAPageAndComeBackWithIt) {
+  Map map = drive(40);
+  map.setEdgeModel({0.01, 0.5});
+  const std::vector<Edge> before = map.graph().edges();
+  Shelf shelf;
+  const PageStore store = shelf.store(30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  EXPECT_EQ(map.graph().size(), map.nodes().size());
+  EXPECT_LT(map.graph().edges().size(), before.size());
+  bringBack(map, store, Vec3::Zero(), 1e6);
+  const std::vector<Edge> after = map.graph().edges();
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t k = 0; k < before.size(); ++k) {
+    EXPECT_EQ(std::tie(after[k].a, after[k].b, after[k].weight), std::tie(before[k].a, before[k].b, before[k].weight));
+  }
 }
 
 TEST(Paging, LeavesAreNotCopiedOnTheWay) {

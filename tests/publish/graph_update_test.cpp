@@ -129,7 +129,7 @@ TEST(Publish, StatusCountsKeyframesAndLoopsButNotTies) {
 
 TEST(Publish, WhatOnlyMovedIsSentWithItsEdges) {
   const Drive drive(20);
-  const Edge edge = drive.mapper.edges().at(0);
+  const Edge edge = drive.mapper.map().graph().edges().at(0);
   StepReport report;
   report.delta.moved = {edge.a, edge.b};
   const GraphUpdate moved = changedGraph(drive.mapper, report);
@@ -137,7 +137,7 @@ TEST(Publish, WhatOnlyMovedIsSentWithItsEdges) {
   EXPECT_EQ(moved.objects[0].id, edge.a);
   EXPECT_EQ(moved.objects[0].belief.mean, drive.mapper.map().find(edge.a)->belief.mean);
   const auto sameEdge = [](const Edge& a, const Edge& b) { return a.a == b.a && a.b == b.b; };
-  EXPECT_TRUE(std::ranges::equal(moved.edges, drive.mapper.edgesOf({edge.a, edge.b}), sameEdge));
+  EXPECT_TRUE(std::ranges::equal(moved.edges, drive.mapper.map().graph().edgesOf({edge.a, edge.b}), sameEdge));
   EXPECT_FALSE(moved.edges.empty());
   report.delta = {};
   report.delta.changed = {edge.b};
@@ -150,6 +150,31 @@ TEST(Publish, WhatOnlyMovedIsSentWithItsEdges) {
   for (const Edge& e : both.edges) {
     EXPECT_TRUE(e.a == edge.a || e.b == edge.a || e.a == edge.b || e.b == edge.b);
   }
+}
+
+TEST(Publish, UpdatesAddUpToTheEdgesOfTheCompleteGraph) {
+  const Drive drive(40);
+  std::map<std::pair<NodeId, NodeId>, float> followed;
+  for (const GraphUpdate& update : drive.updates) {
+    const auto isAnew = [&](NodeId id) {
+      return std::ranges::binary_search(update.objects, id, {}, &ObjectSummary::id) ||
+             std::ranges::binary_search(update.removed, id);
+    };
+    std::erase_if(followed, [&](const auto& edge) { return isAnew(edge.first.first) || isAnew(edge.first.second); });
+    for (const Edge& e : update.edges) {
+      EXPECT_FALSE(followed.contains({e.a, e.b})) << "it has an end among what is new";
+      followed[{e.a, e.b}] = e.weight;
+    }
+  }
+  std::vector<std::pair<NodeId, NodeId>> ends, expected;
+  for (const auto& [edge, weight] : followed) {
+    ends.push_back(edge);
+  }
+  for (const Edge& e : completeGraph(drive.mapper, 5).edges) {
+    expected.emplace_back(e.a, e.b);
+  }
+  ASSERT_GT(expected.size(), 10U);
+  EXPECT_EQ(ends, expected);
 }
 
 TEST(Publish, RevisionsCountUpByOne) {

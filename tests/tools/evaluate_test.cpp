@@ -106,7 +106,7 @@ TEST(ReadMapObjects, FlatLeavesSurviveTheirStorageAsFloats) {
     const Mat3 R = Eigen::AngleAxisd(0.1 * i, Vec3(1, 2, -3).normalized()).toRotationMatrix();
     road.leaves.push_back(packLeaf({Vec3::Zero(), R * Vec3(0, 0.1, 0.3).asDiagonal() * R.transpose(), 5}));
   }
-  ASSERT_EQ(saveMap(Map::restore({road}, {}, {{40, "road"}}, 1, 6), {}, (scratch / "map.hgg").string()), "");
+  ASSERT_EQ(saveMap(Map::restore({road}, {}, {{40, "road"}}, 1, 6), (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   EXPECT_TRUE(graph) << graph.error;
 }
@@ -166,7 +166,7 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   doubted.id = 6;
   doubted.classes = {{{10, 1.0F}, {40, 30.0F}}};
   const Map map = Map::restore({car, road, doubted}, {}, {{10, "car"}, {40, "road"}}, 1, 7);
-  ASSERT_EQ(saveMap(map, {}, (scratch / "map.hgg").string()), "");
+  ASSERT_EQ(saveMap(map, (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   ASSERT_TRUE(graph) << graph.error;
   ASSERT_EQ(graph->objects.size(), 2u) << "the third is not believed in";
@@ -435,7 +435,7 @@ TEST(Evaluate, CostIsReadFromBesideTheMapAndRetrievalFromAnswers) {
   car.label = 10;
   car.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
   addViews(car.classes, {{10, 50.0F}});
-  ASSERT_EQ(saveMap(Map::restore({car}, {}, {{10, "car"}}, 1, 5), {}, (scratch / "map.hgg").string()), "");
+  ASSERT_EQ(saveMap(Map::restore({car}, {}, {{10, "car"}}, 1, 5), (scratch / "map.hgg").string()), "");
   ASSERT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), {}, scratch / "truth"), "");
   writeText(scratch / "truth/queries.jsonl", R"({"text":"the car","target":1000001,"class":"car"})"
                                              "\n");
