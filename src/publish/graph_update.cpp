@@ -30,17 +30,21 @@ ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
 }  // namespace
 
 GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
+  return changedGraph(mapper, report, report.delta.moved);
+}
+
+GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report, const std::vector<NodeId>& moved) {
   GraphUpdate update;
   update.utime_us = report.utime_us;
   update.revision = report.delta.revision;
   std::vector<NodeId> beliefs, touched;
-  std::ranges::set_union(report.delta.changed, report.delta.moved, std::back_inserter(beliefs));
+  std::ranges::set_union(report.delta.changed, moved, std::back_inserter(beliefs));
   std::ranges::set_union(beliefs, report.delta.rewired, std::back_inserter(touched));
   for (const NodeId id : touched) {
-    const MapNode& node = *mapper.map().find(id);
-    if (isConfirmed(node)) {
-      update.objects.push_back(summarise(node, mapper.classes()));
-    } else {
+    const MapNode* node = mapper.map().find(id);
+    if (node != nullptr && isConfirmed(*node)) {
+      update.objects.push_back(summarise(*node, mapper.classes()));
+    } else if (node != nullptr) {
       update.removed.push_back(id);
     }
   }
@@ -62,6 +66,17 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   }
   update.edges = mapper.map().graph().edges();
   return update;
+}
+
+std::vector<NodeId> MoveQueue::next(const MapDelta& delta) {
+  std::vector<NodeId> all, told, waiting;
+  std::ranges::set_union(waiting_, delta.moved, std::back_inserter(all));
+  std::ranges::set_union(delta.changed, delta.removed, std::back_inserter(told));
+  std::ranges::set_difference(all, told, std::back_inserter(waiting));
+  const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostAtOnce));
+  waiting_.assign(rest, waiting.end());
+  waiting.erase(rest, waiting.end());
+  return waiting;
 }
 
 }  // namespace hgg

@@ -34,7 +34,7 @@ void Publisher::send(std::function<void(const Message&)> Sink::*channel, const M
 FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing) {
   const Micros start_us = clock_();
   send(&Sink::pose, PoseUpdate{report.utime_us, report.T_map_body, report.T_map_odom});
-  send(&Sink::graph, changedGraph(mapper_, report));
+  send(&Sink::graph, changedGraph(mapper_, report, moves_.next(report.delta)));
   const double publish_ms = static_cast<double>(clock_() - start_us) * 1e-3;
   timing.stage_ms.emplace_back("publish", publish_ms);
   timing.frame_ms += publish_ms;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "mapper.h"
+#include "publish/graph_update.h"
 #include "publish/health.h"
 #include "publish/messages.h"
 #include "stats.h"
@@ -34,6 +35,7 @@ class Publisher {
   const Mapper& mapper_;
   std::vector<Sink> sinks_;
   Clock clock_;
+  MoveQueue moves_;
   LatestFrame latest_;
   CountsAt last_;                           // at the last status
   Micros next_complete_us_, next_idle_us_;  // not before these

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <utility>
 
+#include "map/test_map.h"
 #include "publish/graph_update.h"
 #include "small_world.h"
 
@@ -70,6 +72,39 @@ TEST_F(PublisherTest, AFrameIsPublishedAsItsPosesAndWhatItChanged) {
     EXPECT_EQ(graph.edges.size(), expected.edges.size());
   }
   EXPECT_TRUE(listener_.statuses.empty());  // these come by the clock, which stands
+}
+
+TEST_F(PublisherTest, WhatALoopMovesIsToldOverTheFramesThatFollow) {
+  constexpr NodeId kNodes = 2500;
+  std::vector<MapNode> nodes;
+  for (NodeId id = 1; id <= kNodes; ++id) {
+    nodes.push_back(nodeAt(10, Vec3(static_cast<double>(id), 0, 0)));
+    nodes.back().id = id;
+  }
+  const Mapper mapper(Config{}, ClassTable::builtin(), Map::restore(std::move(nodes), {}, {}, 1));
+  Publisher publisher(mapper, {listener_.sink()}, [this] { return now_us_; });
+  StepReport loop;
+  for (NodeId id = 1; id <= kNodes; ++id) {
+    loop.delta.moved.push_back(id);
+  }
+  publisher.publishFrame(loop, {});
+  StepReport next;
+  next.delta.changed = {2000, 2400};  // told of as changed, and not again as moved
+  publisher.publishFrame(next, {});
+  publisher.publishFrame({}, {});
+  publisher.publishFrame({}, {});
+  ASSERT_EQ(listener_.graphs.size(), 4U);
+  EXPECT_EQ(listener_.graphs[0].objects.size(), MoveQueue::kMostAtOnce);
+  EXPECT_EQ(listener_.graphs[1].objects.size(), MoveQueue::kMostAtOnce + 2);
+  EXPECT_EQ(listener_.graphs[2].objects.size(), 498U);
+  EXPECT_TRUE(listener_.graphs[3].objects.empty());
+  std::set<NodeId> told;
+  for (const GraphUpdate& graph : listener_.graphs) {
+    for (const ObjectSummary& object : graph.objects) {
+      EXPECT_TRUE(told.insert(object.id).second) << object.id << " twice";
+    }
+  }
+  EXPECT_EQ(told.size(), static_cast<std::size_t>(kNodes));
 }
 
 TEST_F(PublisherTest, TheCostOfPublishingIsAStageOfTheFrame) {
