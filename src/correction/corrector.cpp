@@ -15,10 +15,12 @@ namespace {
 constexpr std::size_t kMostMerged = 200;
 
 /// The belief after the map frame's part around it has been moved by a rigid transform.
-PoseBelief moved(const Pose& move, const PoseBelief& pose) {
+PoseBelief moved(const Pose& move, PoseBelief pose) {
   Mat6 rotation = Mat6::Zero();
   rotation.topLeftCorner<3, 3>() = rotation.bottomRightCorner<3, 3>() = move.linear();
-  return {orthonormalized(move * pose.T_map_body), rotation * pose.information * rotation.transpose()};
+  pose.T_map_body = orthonormalized(move * pose.T_map_body);
+  pose.information = rotation * pose.information * rotation.transpose();
+  return pose;
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "bus/codec.h"
+#include "bus/log.h"
+#include "tools/scratch.h"
 
 namespace hgg {
 namespace {
@@ -55,10 +57,13 @@ TEST(LcmSink, SendsEveryMessageOnItsChannel) {
 }
 
 TEST(LcmSink, CountsWhatCouldNotBeSentOnce) {
-  const std::string log = ::testing::TempDir() + "/lcm_sink_test.lcm";
-  ASSERT_NE(std::fclose(std::fopen(log.c_str(), "wb")), EOF);
+  const Scratch scratch;
+  const std::string path = (scratch / "log.lcm").string();
+  auto log = LogWriter::create(path);
+  ASSERT_EQ(log->write("OTHER", 1, Message{1}), "");
+  ASSERT_EQ(log->close(), "");
   LcmConfig lcm;
-  lcm.url = "file://" + log;  // a log that is read takes no messages
+  lcm.url = "file://" + path;  // a log that is read takes no messages
   const auto bus = Bus::open(lcm);
   ASSERT_TRUE(bus) << bus.error;
   const Sink sink = lcmSink(**bus, lcm);
