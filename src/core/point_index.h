@@ -18,10 +18,12 @@ namespace hgg {
 /// points only and not on the order in which they came.
 ///
 /// Every cell knows a box around its points. Boxes only grow until their cell splits, joins or empties, so that they
-/// may be wider than the points, but never wider than the cell. (A k-d tree that is built anew, and nanoflann's dynamic
-/// one, which builds logarithmically many, cost a frame more than the frame's whole neighbourhood graph: most nodes
-/// around the robot move in every frame. Neither lets the caller say what to skip, which the neighbourhood graph lives
-/// on.)
+/// may be wider than the points, but never wider than the cell.
+///
+/// Why not a k-d tree: most nodes around the robot move in every frame. One that is built anew costs what the map
+/// costs, and nanoflann's dynamic one takes a move as a removal, which only marks the point, and an insertion, which
+/// builds trees of twice the size again and again; nor does it let the caller say what to skip, which the neighbourhood
+/// graph lives on.
 ///
 /// A point may have a reach: the index then finds the points that a place is within the reach of.
 class PointIndex {

@@ -129,6 +129,7 @@ void ObjectGraph::settle() {
   } else {
     takeIn(std::exchange(fresh_, {}));
   }
+  rewired_.clear();
 }
 
 /// As if all nodes had changed.

@@ -34,9 +34,12 @@ struct EdgeModel {
 /// Both are questions for the nodes within whose reach (the larger of proof radius and longest edge) a place lies,
 /// which the index answers in the time it takes to name them. Nothing depends on the size of the map.
 ///
-/// A closed loop moves thousands of nodes at once. Their positions are right at once; their edges stay and are taken in
-/// over the frames that follow (postpone()), those around the robot first. What has been said above holds whenever a
-/// change is taken in, as long as it is after the change: then settle() makes the graph what it would be from scratch.
+/// A closed loop moves thousands of nodes at once. Their positions are right at once; their edges stay as they are
+/// until they are taken in over the frames that follow (postpone()), those around the robot first. That is as good:
+/// neighbours are always computed from where nodes are at that time, so a node that is computed after another has moved
+/// knows of it, whether that move has been taken in or not, and one that was computed before is found when it is taken
+/// in, by where the other has been. A node that has postponed changes of its own is left alone until then. When nothing
+/// is postponed any more the graph is what it would be from scratch.
 class ObjectGraph {
  public:
   struct Neighbor {
@@ -61,11 +64,12 @@ class ObjectGraph {
   std::vector<NodeId> refresh();
   /// Leaves what was put since to later refreshes, what is nearest to `first` first.
   void postpone(const Vec3& first);
-  /// Takes in everything.
+  /// Takes in everything, and names nothing: for a map that begins, ends or is stored.
   void settle();
   bool isSettled() const { return fresh_.empty() && postponed_.empty(); }
 
   std::size_t size() const { return index_.size(); }
+  bool holds(NodeId id) const { return index_.find(id) >= 0; }
   /// Neighbours of a node, ascending; none for one that is not in the graph. Valid until the next change.
   std::span<const Neighbor> neighborsOf(NodeId id) const;
   /// The neighbours that a node at p would have, ascending by id; their S1 is not known (0).
