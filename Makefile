@@ -44,10 +44,12 @@ build: deps  ## configure and compile
 format:  ## rewrite the code as .clang-format says
 	clang-format -i $(CXX_FILES)
 
-lint: build  ## formatting and clang-tidy; changes nothing
+lint: deps  ## formatting and clang-tidy; changes nothing
 	tools/install_deps.sh --lint
 	clang-format --dry-run -Werror $(CXX_FILES)
-	git ls-files 'src/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 2 clang-tidy -p $(BUILD) --quiet
+	cmake -S . -B $(BUILD)-lint -G Ninja -DHGG_FAST_BUILD=OFF
+	cmake --build $(BUILD)-lint --target lcmtypes
+	git ls-files 'src/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 2 clang-tidy -p $(BUILD)-lint --quiet
 
 clean:  ## remove what was built and made
-	rm -rf $(BUILD) $(BUILD)-sanitize out
+	rm -rf $(BUILD) $(BUILD)-sanitize $(BUILD)-lint out

@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-namespace hgg {
+namespace hgg::architecture_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -302,4 +302,4 @@ TEST(Architecture, FilesAndFunctionsAreShort) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::architecture_test

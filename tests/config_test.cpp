@@ -8,7 +8,7 @@
 
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::config_test {
 namespace {
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -235,4 +235,4 @@ TEST_P(ShippedConfig, HoldsEveryKeyExplainedAsPrinted) {
 INSTANTIATE_TEST_SUITE_P(Robots, ShippedConfig, testing::Values("semantickitti", "indoor"));
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::config_test

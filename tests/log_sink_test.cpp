@@ -7,7 +7,7 @@
 #include <memory>
 #include <sstream>
 
-namespace hgg {
+namespace hgg::log_sink_test {
 namespace {
 
 /// What is logged while this lives, as "level text" a line.
@@ -57,4 +57,4 @@ TEST(LogSink, LogsWarningsAndStatusesWhileFramesCome) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::log_sink_test

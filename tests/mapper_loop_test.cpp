@@ -7,7 +7,7 @@
 #include "small_world.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::mapper_loop_test {
 namespace {
 
 constexpr double kRadius = 12;  // m, of the round
@@ -358,4 +358,4 @@ TEST(MapperResume, AMapWithALoopOpenIsNotConstrainedToBothOfItsEnds) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::mapper_loop_test

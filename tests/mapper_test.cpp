@@ -9,7 +9,7 @@
 #include "map/file.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::mapper_test {
 namespace {
 
 struct Thing {
@@ -244,4 +244,4 @@ TEST(ExplainMismatch, AMapOfOtherTilesOrKindsCannotGoOn) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::mapper_test

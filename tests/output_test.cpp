@@ -10,7 +10,7 @@
 #include "test_scene.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::output_test {
 namespace {
 
 StepReport reportAt(Micros utime_us, const Vec3& position, double yaw) {
@@ -126,4 +126,4 @@ TEST(OutputDirectory, ThatCannotBeMadeIsAnErrorThatNamesIt) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::output_test

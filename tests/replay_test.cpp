@@ -10,7 +10,7 @@
 #include "small_world.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::replay_test {
 namespace {
 
 using Message = std::vector<std::uint8_t>;
@@ -265,4 +265,4 @@ TEST_F(Replay, ALiveRunWithoutABusIsAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::replay_test

@@ -7,7 +7,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::stats_test {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -207,4 +207,4 @@ TEST(RunStats, TimeCurveIsInTheJson) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::stats_test

@@ -10,7 +10,7 @@
 #include "mapper.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::align_test {
 namespace {
 
 /// Surfaces seen from the body, resampled for every frame, with 1 cm of noise.
@@ -330,4 +330,4 @@ TEST(Align, DuplicateMapObjectsDoNotHarm) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::align_test

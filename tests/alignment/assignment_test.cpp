@@ -9,7 +9,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::assignment_test {
 namespace {
 
 constexpr double kUnmatched = 3;
@@ -211,4 +211,4 @@ TEST(AssignDense, TakesEmptyMatrices) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::assignment_test

@@ -5,7 +5,7 @@
 #include "map/test_map.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::correspondence_test {
 namespace {
 
 LocalObject objectAt(ClassId label, const Vec3& mean, double deviation = 0.5, double kappa = 50) {
@@ -188,4 +188,4 @@ TEST(CoarseCorrespondence, OfACrowdIsSortedOneToOneAndCostsWhatTheEquationSays) 
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::correspondence_test

@@ -5,7 +5,7 @@
 #include "core/spd.h"
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::pair_cost_test {
 namespace {
 
 /// A box of these half sizes, evenly filled.
@@ -31,4 +31,4 @@ TEST(PairCost, OfBoxesFallsWithTheShareTheyHaveInCommon) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::pair_cost_test

@@ -7,7 +7,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::propagation_test {
 namespace {
 
 AlignmentConfig exactOdometry() {
@@ -76,4 +76,4 @@ TEST(PredictPose, AMotionNoRobotMakesIsNone) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::propagation_test

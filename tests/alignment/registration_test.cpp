@@ -5,7 +5,7 @@
 #include "random_geometry.h"
 #include "reference_vectors.h"
 
-namespace hgg {
+namespace hgg::registration_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -163,4 +163,4 @@ TEST(PoseDifference, IsUndoneByMoved) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::registration_test

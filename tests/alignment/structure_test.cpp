@@ -6,7 +6,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::structure_test {
 namespace {
 
 TEST(NeighborHistograms, CountTheClassesAcrossEveryEdgeBothWays) {
@@ -95,4 +95,4 @@ TEST(HistogramDistance, ToNothingIsTheNorm) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::structure_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hgg {
+namespace hgg::bus_test {
 namespace {
 
 using Message = std::vector<std::uint8_t>;
@@ -101,4 +101,4 @@ TEST(ReceiveBuffer, IsWarnedAboutWhenItHoldsLessThanTwoClouds) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::bus_test

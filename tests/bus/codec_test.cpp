@@ -14,7 +14,7 @@
 
 #include "bus/generated_codec.h"
 
-namespace hgg {
+namespace hgg::codec_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -496,4 +496,4 @@ TEST(DecodePose, APositionNoRobotCanHaveIsAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::codec_test

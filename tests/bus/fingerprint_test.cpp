@@ -43,7 +43,7 @@
 #include <string>
 #include <vector>
 
-namespace hgg {
+namespace hgg::fingerprint_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -221,4 +221,4 @@ TEST(Fingerprint, TheDocumentationListsEachOfOurs) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::fingerprint_test

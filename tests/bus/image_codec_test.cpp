@@ -11,7 +11,7 @@
 #include "bus/codec.h"
 #include "bus/generated_codec.h"
 
-namespace hgg {
+namespace hgg::image_codec_test {
 namespace {
 
 LabelImage someLabels(bool full) {
@@ -174,4 +174,4 @@ TEST(ImageCodec, TimesOfPointsAreAFieldOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::image_codec_test

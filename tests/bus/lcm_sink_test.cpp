@@ -6,7 +6,7 @@
 #include "bus/log.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::lcm_sink_test {
 namespace {
 
 using Message = std::vector<std::uint8_t>;
@@ -74,4 +74,4 @@ TEST(LcmSink, CountsWhatCouldNotBeSentOnce) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::lcm_sink_test

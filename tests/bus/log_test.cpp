@@ -10,7 +10,7 @@
 
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::log_test {
 namespace {
 
 using Data = std::vector<std::uint8_t>;
@@ -292,4 +292,4 @@ TEST(Log, AFullDiskIsAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::log_test

@@ -4,7 +4,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::belief_test {
 namespace {
 
 void expectSame(const Belief& actual, const Belief& expected, double tolerance) {
@@ -184,4 +184,4 @@ TEST(BhattacharyyaCoefficient, StaysInsideZeroAndOneOnFlatExtents) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::belief_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hgg {
+namespace hgg::class_belief_test {
 namespace {
 
 constexpr ClassId kCar = 10, kTruck = 18, kRoad = 40;
@@ -74,4 +74,4 @@ TEST(ClassBelief, AYearOfViewsCanStillBeOutvoted) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::class_belief_test

@@ -6,7 +6,7 @@
 
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::classes_test {
 namespace {
 
 std::string entry(const std::string& lines) { return "[[class]]\n" + lines + "\n"; }
@@ -185,4 +185,4 @@ TEST(ShippedClasses, IndoorTableLoads) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::classes_test

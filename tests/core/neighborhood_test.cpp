@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <random>
 
-namespace hgg {
+namespace hgg::neighborhood_test {
 namespace {
 
 using Edges = std::vector<std::pair<int, int>>;
@@ -101,4 +101,4 @@ TEST(RelativeNeighborhood, IsConnected) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::neighborhood_test

@@ -8,7 +8,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::point_index_test {
 namespace {
 
 using Points = std::map<PointIndex::Id, Vec3>;
@@ -192,4 +192,4 @@ TEST(PointIndex, AQueryLooksAtItsNeighbourhoodOnly) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::point_index_test

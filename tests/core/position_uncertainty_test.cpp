@@ -7,7 +7,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::position_uncertainty_test {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -60,4 +60,4 @@ TEST(PositionUncertainty, BetweenDrivesIsLargerThanWithinOneOfManyViews) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::position_uncertainty_test

@@ -10,7 +10,7 @@
 #include "core/neighborhood.h"
 #include "core/spd.h"
 
-namespace hgg {
+namespace hgg::reference_vectors_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -113,4 +113,4 @@ TEST(ReferenceVectors, Assignment) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::reference_vectors_test

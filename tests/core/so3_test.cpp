@@ -4,7 +4,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::so3_test {
 namespace {
 
 double strayOf(const Pose& T) { return (T.linear().transpose() * T.linear() - Mat3::Identity()).norm(); }
@@ -60,4 +60,4 @@ TEST(So3, LogIsTheInverseOfExp) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::so3_test

@@ -7,7 +7,7 @@
 #include "core/belief.h"
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::spd_test {
 namespace {
 
 // The oracle: Eigen's general solver in extended precision, so that it is right to more digits than what it checks.
@@ -334,4 +334,4 @@ TEST(NuclearNormOfRoots, HoldsOnRankDeficientPairs) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::spd_test

@@ -5,7 +5,7 @@
 #include "core/units.h"
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::between_test {
 namespace {
 
 constexpr ClassId kCar = 10;
@@ -205,4 +205,4 @@ TEST(BetweenConstraints, AfterAJumpTheyAreAsCertainAsTheMapWhereItConstrainsTheP
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::between_test

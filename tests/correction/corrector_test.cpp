@@ -8,7 +8,7 @@
 #include "map/test_map.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::corrector_test {
 namespace {
 
 Pose at(double x, double y = 0) {
@@ -191,4 +191,4 @@ TEST(Corrector, ThePoseOfTheFrameMovesRigidlyWithItsKeyframe) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::corrector_test

@@ -13,7 +13,7 @@
 #include "random_geometry.h"
 #include "reference_vectors.h"
 
-namespace hgg {
+namespace hgg::em_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -445,4 +445,4 @@ TEST(Em, MovesWithTheFrame) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::em_test

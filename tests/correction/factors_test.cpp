@@ -9,7 +9,7 @@
 #include "random_geometry.h"
 #include "reference_vectors.h"
 
-namespace hgg {
+namespace hgg::factors_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -309,4 +309,4 @@ TEST(ObservationOf, WeighsEverythingAlikeInTheAblation) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::factors_test

@@ -9,7 +9,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::geometry_window_test {
 namespace {
 
 constexpr ClassId kWall = 50;
@@ -360,4 +360,4 @@ TEST(GeometryWindow, ANodeWithoutLeavesStaysWithout) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::geometry_window_test

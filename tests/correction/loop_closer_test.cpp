@@ -12,7 +12,7 @@
 #include "random_world.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::loop_closer_test {
 namespace {
 
 constexpr double kTileSize = 3;
@@ -405,4 +405,4 @@ TEST(LoopCloser, PromptVerificationsAreRightHoweverLateTheyCome) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::loop_closer_test

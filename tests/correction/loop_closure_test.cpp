@@ -6,7 +6,7 @@
 
 #include "random_world.h"
 
-namespace hgg {
+namespace hgg::loop_closure_test {
 namespace {
 
 const LoopConfig kConfig = loopConfigOf(10, 0.4, 3);  // m, tiles and leaves outdoors
@@ -293,4 +293,4 @@ TEST(VerifyLoop, NeverClosesToTheNextBay) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::loop_closure_test

@@ -9,7 +9,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::pose_graph_test {
 namespace {
 
 constexpr double kStepSigma = 0.02, kStepTurn = 0.003, kLoopSigma = 0.05, kLoopTurn = 0.01;  // m, rad
@@ -192,4 +192,4 @@ TEST(PoseGraph, GivesTheSameBytesTwice) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::pose_graph_test

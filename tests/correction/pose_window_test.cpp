@@ -7,7 +7,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::pose_window_test {
 namespace {
 
 constexpr ClassId kPole = 80;
@@ -296,4 +296,4 @@ TEST(PoseWindow, SolvesTheSameTwice) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::pose_window_test

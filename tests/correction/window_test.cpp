@@ -8,7 +8,7 @@
 #include "core/spd.h"
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::window_test {
 namespace {
 
 /// Noise so small that linearisation holds. The default robust scale then leaves 99 % of the factors alone.
@@ -413,4 +413,4 @@ TEST(Window, WeighsAllViewsAlikeInTheAblation) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::window_test

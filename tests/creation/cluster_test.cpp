@@ -7,7 +7,7 @@
 #include "brute_force.h"
 #include "kitti_frames.h"
 
-namespace hgg {
+namespace hgg::cluster_test {
 namespace {
 
 using Cloud = std::vector<PackedPoint>;
@@ -111,4 +111,4 @@ TEST(ClusterEuclidean, EqualsBruteForceOnTwentyRealFrames) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::cluster_test

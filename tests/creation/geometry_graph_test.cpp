@@ -7,7 +7,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::geometry_graph_test {
 namespace {
 
 using Cloud = std::vector<PackedPoint>;
@@ -205,4 +205,4 @@ TEST(PartitionLeaves, ManyCopiesOfAPointAreOneLeaf) {
 TEST(PartitionLeaves, OfNothingAreNone) { EXPECT_TRUE(partitionLeaves({}, Pose::Identity(), 8, kAnyGap).empty()); }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::geometry_graph_test

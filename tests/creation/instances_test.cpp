@@ -11,7 +11,7 @@
 #include "brute_force.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::instances_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInf = std::numeric_limits<float>::infinity();
@@ -261,4 +261,4 @@ TEST(TileOf, CellZeroIsCentredOnTheOrigin) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::instances_test

@@ -7,7 +7,7 @@
 #include "core/neighborhood.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::object_graph_test {
 namespace {
 
 LocalGraph create(const Frame& frame, const Pose& T_map_body = Pose::Identity()) {
@@ -123,4 +123,4 @@ TEST(CreateLocalGraph, ConnectsTheObjectsByTheirRelativeNeighborhood) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::object_graph_test

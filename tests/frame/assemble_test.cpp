@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace hgg {
+namespace hgg::assemble_test {
 namespace {
 
 constexpr Micros kWait_us = 200'000;
@@ -168,4 +168,4 @@ TEST(FrameAssembler, AClockOfArrivalThatGoesBackDoesNotMakeCloudsWaitForEver) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::assemble_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace hgg {
+namespace hgg::odometry_buffer_test {
 namespace {
 
 Pose poseAt(double x, double yaw) {
@@ -105,4 +105,4 @@ TEST(OdometryBuffer, ARestartBeginsAnew) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::odometry_buffer_test

@@ -8,7 +8,7 @@
 #include "map/test_map.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::class_evidence_test {
 namespace {
 
 /// A frame's object of these leaves, the body frame being the map's.
@@ -132,4 +132,4 @@ TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::class_evidence_test

@@ -10,7 +10,7 @@
 #include "core/spd.h"
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::export_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -203,4 +203,4 @@ TEST(ExportPly, ColoursTellClassesApart) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::export_test

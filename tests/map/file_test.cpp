@@ -10,7 +10,7 @@
 #include "map/test_map.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -627,4 +627,4 @@ TEST(SaveMap, OnAFullDiskKeepsTheOlderMapAndLeavesNoTemporaryFile) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::file_test

@@ -8,7 +8,7 @@
 #include "map/test_map.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::fuse_test {
 namespace {
 
 /// A frame's graph of these objects, one a frame of map points, seen from T_map_body.
@@ -484,4 +484,4 @@ TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::fuse_test

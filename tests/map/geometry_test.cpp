@@ -5,7 +5,7 @@
 #include "map/test_map.h"
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::geometry_test {
 namespace {
 
 std::vector<Belief> randomLeaves(std::mt19937& random, int count) {
@@ -71,4 +71,4 @@ TEST(GeometryDeathTest, ReadingANodeThatIsNotThereOrNotInMemoryAborts) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::geometry_test

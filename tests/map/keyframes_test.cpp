@@ -7,7 +7,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::keyframes_test {
 namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
@@ -179,4 +179,4 @@ TEST(KeyframeGraph, NeedsOneEveryTwoMetresOrTwentyDegrees) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::keyframes_test

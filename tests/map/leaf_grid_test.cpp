@@ -4,7 +4,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::leaf_grid_test {
 namespace {
 
 TEST(FuseLeaves, KeepEvidenceAndMomentsInAnotherFrame) {
@@ -52,4 +52,4 @@ TEST(FuseLeaves, OfNothingChangeNothing) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::leaf_grid_test

@@ -9,7 +9,7 @@
 #include "map/map.h"
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::map_correction_test {
 namespace {
 
 constexpr ClassId kCar = 10, kRoad = 40;
@@ -434,4 +434,4 @@ TEST(PositionCovariance, OfNoViewsAndNoEvidenceIsFiniteAndNotSmallerThanOfOne) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::map_correction_test

@@ -7,7 +7,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::map_test {
 namespace {
 
 constexpr ClassId kCar = 10, kRoad = 40;
@@ -260,4 +260,4 @@ TEST(PackedLeaf, KeepsItsBeliefToFloatPrecision) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::map_test

@@ -7,7 +7,7 @@
 #include "map/test_map.h"
 #include "test_scene.h"
 
-namespace hgg {
+namespace hgg::merge_duplicates_test {
 namespace {
 
 /// A box of evenly spread surface, its leaves a lattice over it.
@@ -242,4 +242,4 @@ TEST(MergeDuplicates, ACopyWithoutEvidenceLeavesItsViewsBehind) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::merge_duplicates_test

@@ -7,7 +7,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::object_graph_test {
 namespace {
 
 constexpr ClassId kCar = 10, kPole = 80;
@@ -372,4 +372,4 @@ TEST(ObjectGraph, SharesOneWeightWhereAllNodesAreInOnePlace) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::object_graph_test

@@ -8,7 +8,7 @@
 #include "map/file.h"
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::paging_test {
 namespace {
 
 constexpr ClassId kCar = 10, kRoad = 40;
@@ -177,4 +177,4 @@ TEST(Paging, WhatHasComeWithinReachWhileItWasAwayIsReactivated) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::paging_test

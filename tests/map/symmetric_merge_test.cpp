@@ -4,7 +4,7 @@
 #include "map/fuse.h"
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::symmetric_merge_test {
 namespace {
 
 const Belief kSeenALot{Vec3(0, 0, 0), Vec3(1, 1, 1).asDiagonal(), 900};
@@ -59,4 +59,4 @@ TEST(FuseLeaves, FollowTheRule) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::symmetric_merge_test

@@ -7,7 +7,7 @@
 #include "place/consistency.h"
 #include "place/landmarks.h"
 
-namespace hgg {
+namespace hgg::candidates_test {
 namespace {
 
 TEST(Candidates, AreOfOneClassAndLikeSizeAndTheRareOnesCountMost) {
@@ -82,4 +82,4 @@ TEST(Candidates, SimilarClassesMatchAtAPrice) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::candidates_test

@@ -7,7 +7,7 @@
 #include "map/test_map.h"
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::comparison_test {
 namespace {
 
 constexpr ClassId kCar = 10;
@@ -37,4 +37,4 @@ TEST(Comparison, HasSurveyedNothingWithoutLeaves) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::comparison_test

@@ -6,7 +6,7 @@
 
 #include "place/landmarks.h"
 
-namespace hgg {
+namespace hgg::consistency_test {
 namespace {
 
 /// An edge of the consistency graph: horizontal distances agree within 2.5 deviations and 1 %, differences of height
@@ -162,4 +162,4 @@ TEST(Consistency, NothingAndOnePairGiveNoPlace) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::consistency_test

@@ -8,7 +8,7 @@
 
 #include "random_geometry.h"
 
-namespace hgg {
+namespace hgg::surfaces_test {
 namespace {
 
 std::vector<Surface> randomSurfaces(std::mt19937& random, std::size_t n) {
@@ -75,4 +75,4 @@ TEST(SurfaceIndex, BearsAnyRadiusAndAnyPoint) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::surfaces_test

@@ -8,7 +8,7 @@
 
 #include "random_world.h"
 
-namespace hgg {
+namespace hgg::zero_shot_test {
 namespace {
 
 /// An open yard with few things, which make any two yards with them look alike.
@@ -337,4 +337,4 @@ TEST(ZeroShotWithPrior, LooksAtItsOwnMiddleEvenWhereNoCliqueDoes) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::zero_shot_test

@@ -7,7 +7,7 @@
 
 #include "small_world.h"
 
-namespace hgg {
+namespace hgg::graph_update_test {
 namespace {
 
 /// A mapper that has driven through the small world, and what it published on the way.
@@ -199,4 +199,4 @@ TEST(Publish, EdgesOfAnUpdateTouchItsObjects) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::graph_update_test

@@ -4,7 +4,7 @@
 
 #include "map/test_map.h"
 
-namespace hgg {
+namespace hgg::health_test {
 namespace {
 
 TEST(Health, StatusDescribesTheMap) {
@@ -36,4 +36,4 @@ TEST(Health, OfAnErrorThatGoesOnTheNewOnesAndAllAreTold) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::health_test

@@ -9,7 +9,7 @@
 #include "publish/graph_update.h"
 #include "small_world.h"
 
-namespace hgg {
+namespace hgg::publisher_test {
 namespace {
 
 constexpr Micros kSecond_us = 1'000'000;
@@ -247,4 +247,4 @@ TEST_F(PublisherTest, EverySinkGetsWhatItTakesAndLossesOfAllAreSummed) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::publisher_test

@@ -6,7 +6,7 @@
 #include "eval/calibration.h"
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::calibration_eval_test {
 namespace {
 
 TEST(ChiSquareCdf, MeetsTabulatedQuantiles) {
@@ -82,4 +82,4 @@ TEST(Calibrate, NothingHasNoCalibration) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::calibration_eval_test

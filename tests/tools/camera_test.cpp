@@ -8,7 +8,7 @@
 #include "sim/lidar.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::camera_test {
 namespace {
 
 const Trajectory kAtRest = [](double) { return Pose::Identity(); };
@@ -166,4 +166,4 @@ TEST(Camera, RigFileCarriesEveryDigit) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::camera_test

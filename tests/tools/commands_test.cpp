@@ -7,7 +7,7 @@
 
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::commands_test {
 namespace {
 
 struct Outcome {
@@ -147,4 +147,4 @@ TEST(Commands, SimulatedTruthIsReadableByTheEvaluator) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::commands_test

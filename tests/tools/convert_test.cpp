@@ -5,7 +5,7 @@
 #include "convert/semantickitti.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::convert_test {
 namespace {
 
 const Progress kQuiet = [](std::size_t, std::size_t) {};
@@ -237,4 +237,4 @@ TEST(Convert, UnwritableLogIsAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::convert_test

@@ -13,7 +13,7 @@
 #include "truth/cloud.h"
 #include "truth/poses.h"
 
-namespace hgg {
+namespace hgg::evaluate_test {
 namespace {
 
 const char* const kGraph = R"({"format":"hgg-graph","version":1,"classes":{"10":"car","40":"road"},"objects":[
@@ -503,4 +503,4 @@ TEST(Report, JsonHoldsTheNumbersAndNullsForNone) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::evaluate_test

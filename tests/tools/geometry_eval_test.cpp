@@ -6,7 +6,7 @@
 #include "eval/geometry.h"
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::geometry_eval_test {
 namespace {
 
 /// A square grid of points 0.1 m apart, spanned by u and v from `at`, `n` x `n`.
@@ -177,4 +177,4 @@ TEST(SampleLeaves, AreTheSameEveryTimeAndAtLeastOneALeaf) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::geometry_eval_test

@@ -5,7 +5,7 @@
 
 #include "eval/html.h"
 
-namespace hgg {
+namespace hgg::html_report_test {
 namespace {
 
 Prediction predictionAt(NodeId id, const Vec3& mean) {
@@ -136,4 +136,4 @@ TEST(HtmlReport, OfNothingIsStillAPage) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::html_report_test

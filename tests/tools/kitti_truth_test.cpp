@@ -4,7 +4,7 @@
 
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::kitti_truth_test {
 namespace {
 
 const Progress kQuiet = [](std::size_t, std::size_t) {};
@@ -118,4 +118,4 @@ TEST(KittiTruth, UnusableBoxesAreAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::kitti_truth_test

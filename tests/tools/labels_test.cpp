@@ -5,7 +5,7 @@
 #include <cmath>
 #include <set>
 
-namespace hgg {
+namespace hgg::labels_test {
 namespace {
 
 constexpr int kSize = 200;
@@ -210,4 +210,4 @@ TEST(Labels, ThreadsChangeNothing) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::labels_test

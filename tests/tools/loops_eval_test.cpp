@@ -9,7 +9,7 @@
 #include "eval/report.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::loops_eval_test {
 namespace {
 
 constexpr Micros kStep_us = 100000;
@@ -227,4 +227,4 @@ TEST(Evaluate, ARunThatTellsOfNoLoopsIsNotScored) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::loops_eval_test

@@ -5,7 +5,7 @@
 #include "eval/objects.h"
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::objects_eval_test {
 namespace {
 
 constexpr ClassId kCar = 10, kPole = 80;
@@ -233,4 +233,4 @@ TEST(EvaluateObjects, NothingAgainstNothingHasNoScore) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::objects_eval_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace hgg {
+namespace hgg::odometry_test {
 namespace {
 
 std::vector<Pose> straight(std::size_t steps, double step = 1.0) {
@@ -143,4 +143,4 @@ TEST(Odometry, SeedsDifferAndRepeat) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::odometry_test

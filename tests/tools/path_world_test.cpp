@@ -7,7 +7,7 @@
 #include "sim/raycaster.h"
 #include "truth/poses.h"
 
-namespace hgg {
+namespace hgg::path_world_test {
 namespace {
 
 /// Camera poses (x right, y down, z forward) around an oval, `laps` times, at about 5 m/s and 10 Hz, the oval at a
@@ -115,4 +115,4 @@ TEST(PathWorld, RealTrajectoriesAreFree) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::path_world_test

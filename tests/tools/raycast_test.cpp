@@ -6,7 +6,7 @@
 
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::raycast_test {
 namespace {
 
 Pose poseAt(const Vec3& position, double angle, const Vec3& axis) {
@@ -213,4 +213,4 @@ TEST(Raycast, BoundsNeverHideAHit) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::raycast_test

@@ -6,7 +6,7 @@
 
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::raycaster_test {
 namespace {
 
 Vec3 randomVector(const RandomKey& key, std::uint64_t first) {
@@ -171,4 +171,4 @@ TEST(RayCaster, AnEmptySceneIsMissed) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::raycaster_test

@@ -5,7 +5,7 @@
 #include "eval/retrieval.h"
 #include "tools/scratch.h"
 
-namespace hgg {
+namespace hgg::retrieval_eval_test {
 namespace {
 
 const std::vector<TruthQuery> kQueries{
@@ -79,4 +79,4 @@ TEST(ReadAnswers, BrokenLinesAreNamed) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::retrieval_eval_test

@@ -6,7 +6,7 @@
 
 #include "sim/lidar.h"
 
-namespace hgg {
+namespace hgg::sensor_test {
 namespace {
 
 const Trajectory kAtRest = [](double) { return Pose::Identity(); };
@@ -278,4 +278,4 @@ TEST(Sensor, ParallelForVisitsEachOnce) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::sensor_test

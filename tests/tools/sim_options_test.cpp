@@ -4,7 +4,7 @@
 #include "tools/scratch.h"
 #include "truth/poses.h"
 
-namespace hgg {
+namespace hgg::sim_options_test {
 namespace {
 
 SimArguments yard() {
@@ -151,4 +151,4 @@ TEST(SimOptions, UnknownNamesAreErrorsThatSayWhereTheNamesAre) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::sim_options_test

@@ -5,7 +5,7 @@
 #include "sim/raycast.h"
 #include "sim/scene.h"
 
-namespace hgg {
+namespace hgg::sim_test {
 namespace {
 
 TEST(Sim, YardIsALapWithoutCollisions) {
@@ -26,4 +26,4 @@ TEST(Sim, YardIsALapWithoutCollisions) {
 TEST(Sim, UnknownWorldIsNotMade) { EXPECT_FALSE(makeScene("atlantis", 1)); }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::sim_test

@@ -14,7 +14,7 @@
 #include "tools/scratch.h"
 #include "truth/poses.h"
 
-namespace hgg {
+namespace hgg::simulate_test {
 namespace {
 
 const Progress kQuiet = [](std::size_t, std::size_t) {};
@@ -455,4 +455,4 @@ TEST(Simulate, ALogThatCannotBeWrittenIsAnError) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::simulate_test

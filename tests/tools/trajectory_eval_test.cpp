@@ -5,7 +5,7 @@
 #include "eval/trajectory.h"
 #include "sim/random.h"
 
-namespace hgg {
+namespace hgg::trajectory_eval_test {
 namespace {
 
 Pose pose(const Vec3& position, double angle = 0.0, const Vec3& axis = Vec3::UnitZ()) {
@@ -179,4 +179,4 @@ TEST(PairPoses, TimesMustBelongToThePoses) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::trajectory_eval_test

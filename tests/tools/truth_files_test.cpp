@@ -14,7 +14,7 @@
 #include "tools/scratch.h"
 #include "truth/objects.h"
 
-namespace hgg {
+namespace hgg::truth_files_test {
 namespace {
 
 Pose poseAtPoint(const Vec3& position) {
@@ -391,4 +391,4 @@ TEST(Queries, WhatIsNextToAThingIsTheOnlyOneThatIsByBruteForce) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::truth_files_test

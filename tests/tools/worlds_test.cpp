@@ -10,7 +10,7 @@
 #include "sim/worlds/stage.h"
 #include "truth/poses.h"
 
-namespace hgg {
+namespace hgg::worlds_test {
 namespace {
 
 struct Case {
@@ -235,4 +235,4 @@ TEST(Layout, GapsBetweenRectanglesAreNeverOverstated) {
 }
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::worlds_test
