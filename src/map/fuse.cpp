@@ -130,7 +130,7 @@ constexpr double kFragmentDistance = 2;
 /// An evenly filled patch ends sqrt(3) standard deviations from its middle.
 constexpr double kPatchSigmas = 1.732;
 
-/// Distance between two leaves along the line of their means, each reaching kPatchSigmas from its own.
+/// Gap between two leaves along the line of their means, each of which ends kPatchSigmas from its own.
 double surfaceGap(const Belief& a, const Belief& b) {
   const Vec3 d = b.mean - a.mean;
   const double length = d.norm();

@@ -106,7 +106,8 @@ class Map {
   /// Sets the drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or
   /// constraint.
   void setDriftReach(double reach) { drift_reach_ = reach; }
-  /// Makes the nodes active that are within reach of keyframe `id`, at which the robot goes on in a stored map.
+  /// Makes the nodes active that are within the drift reach of keyframe `id`, at which the robot goes on in a stored
+  /// map.
   void startAt(KeyframeId id);
 
   /// The relative neighbourhood graph of the confirmed nodes. Follows every change, those of a closed loop over the
