@@ -11,10 +11,10 @@
 namespace hgg {
 namespace {
 
-/// The active nodes around the robot, with what a comparison with the frame's graph needs of theirs.
-struct MapNeighborhood {
-  std::vector<const MapNode*> nodes;          // ascending by id
-  std::vector<NeighborHistogram> histograms;  // one for each node; empty where no thing of the frame is near
+/// A thing of the map that one of the frame's may be, as its neighbours see it.
+struct KnownThing {
+  const MapNode* node = nullptr;
+  NeighborHistogram histogram;
 };
 
 /// Means farther apart than this (m) are no pair. A cost in metres is never below the distance of the means, so with a
@@ -33,30 +33,32 @@ std::vector<Vec3> thingMeans(const LocalGraph& local, const Pose& T_map_body) {
   return means;
 }
 
-MapNeighborhood neighborhoodOf(const LocalGraph& local, const Map& map, const Pose& T_map_body, const Config& config) {
-  MapNeighborhood around;
-  std::vector<Vec3> means;
+/// The classes around a node in the map's object graph, or, of a node that is not confirmed, around its place.
+NeighborHistogram histogramIn(const ObjectGraph& graph, const MapNode& node) {
   std::vector<ClassId> labels;
-  std::vector<int> asked;
+  const auto add = [&](const ObjectGraph::Neighbor& neighbor) { labels.push_back(neighbor.label); };
+  if (graph.holds(node.id)) {
+    std::ranges::for_each(graph.neighborsOf(node.id), add);
+  } else {
+    std::ranges::for_each(graph.neighborsAt(node.belief.mean), add);
+  }
+  return histogramOf(labels);
+}
+
+/// Active things of the map near one of the frame's, ascending by id.
+std::vector<KnownThing> knownThings(const LocalGraph& local, const Map& map, const Pose& T_map_body,
+                                    const Config& config) {
+  std::vector<KnownThing> known;
   const std::vector<Vec3> seen = thingMeans(local, T_map_body);
   const double square_gate = std::pow(largestPairDistance(config.alignment), 2);
   for (const NodeId id : map.near(T_map_body.translation(), config.map.active_radius)) {
     const MapNode* node = map.find(id);
-    const Vec3& mean = node->belief.mean;
-    if (!node->stuff &&
-        std::any_of(seen.begin(), seen.end(), [&](const Vec3& p) { return (p - mean).squaredNorm() <= square_gate; })) {
-      asked.push_back(static_cast<int>(means.size()));
+    const auto isNear = [&](const Vec3& p) { return (p - node->belief.mean).squaredNorm() <= square_gate; };
+    if (!node->stuff && std::ranges::any_of(seen, isNear)) {
+      known.push_back({node, histogramIn(map.graph(), *node)});
     }
-    around.nodes.push_back(node);
-    means.push_back(mean);
-    labels.push_back(node->label);
   }
-  const std::vector<std::vector<int>> neighbors = relativeNeighborsOf(means, asked);
-  around.histograms.resize(means.size());
-  for (std::size_t k = 0; k < asked.size(); ++k) {
-    around.histograms[static_cast<std::size_t>(asked[k])] = histogramOf(labels, neighbors[k]);
-  }
-  return around;
+  return known;
 }
 
 std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
@@ -67,8 +69,8 @@ std::vector<NeighborHistogram> localHistograms(const LocalGraph& local) {
   return neighborHistograms(labels, local.edges);
 }
 
-std::vector<Candidate> thingCandidates(const LocalGraph& local, const MapNeighborhood& around, const Pose& T_map_body,
-                                       const Config& all) {
+std::vector<Candidate> thingCandidates(const LocalGraph& local, const std::vector<KnownThing>& known,
+                                       const Pose& T_map_body, const Config& all) {
   const AlignmentConfig& config = all.alignment;
   const std::vector<NeighborHistogram> histograms = localHistograms(local);
   const double farthest = largestPairDistance(config);
@@ -79,15 +81,14 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const MapNeighbo
       continue;
     }
     const Belief seen = transform(T_map_body, object.belief);
-    for (std::size_t j = 0; j < around.nodes.size(); ++j) {
-      const MapNode& node = *around.nodes[j];
-      if (node.stuff || node.label != object.label ||
-          (node.belief.mean - seen.mean).squaredNorm() > farthest * farthest) {
+    for (std::size_t j = 0; j < known.size(); ++j) {
+      const MapNode& node = *known[j].node;
+      if (node.label != object.label || (node.belief.mean - seen.mean).squaredNorm() > farthest * farthest) {
         continue;
       }
       const double apart = pairCost(seen, node.belief, all.ablation.cost, all.creation.sigma_floor, farthest);
       const double cost = config.geometry_share * apart +
-                          (1 - config.geometry_share) * histogramDistance(histograms[i], around.histograms[j]);
+                          (1 - config.geometry_share) * histogramDistance(histograms[i], known[j].histogram);
       candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});
     }
   }
@@ -218,9 +219,9 @@ std::vector<ObjectPair> coarseCorrespondence(const LocalGraph& local, const Map&
       pairs.push_back({static_cast<int>(i), node->id, 0});
     }
   }
-  const MapNeighborhood around = neighborhoodOf(local, map, T_map_body, config);
-  for (const Candidate& c : assignSparse(thingCandidates(local, around, T_map_body, config), config.alignment.gate)) {
-    pairs.push_back({c.row, around.nodes[static_cast<std::size_t>(c.column)]->id, c.cost});
+  const std::vector<KnownThing> known = knownThings(local, map, T_map_body, config);
+  for (const Candidate& c : assignSparse(thingCandidates(local, known, T_map_body, config), config.alignment.gate)) {
+    pairs.push_back({c.row, known[static_cast<std::size_t>(c.column)].node->id, c.cost});
   }
   std::sort(pairs.begin(), pairs.end(), [](const ObjectPair& a, const ObjectPair& b) { return a.local < b.local; });
   return pairs;

@@ -30,10 +30,10 @@ std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& la
   return histograms;
 }
 
-NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vector<int>& neighbors) {
+NeighborHistogram histogramOf(const std::vector<ClassId>& labels) {
   NeighborHistogram histogram;
-  for (const int j : neighbors) {
-    count(histogram, labels[static_cast<std::size_t>(j)]);
+  for (const ClassId label : labels) {
+    count(histogram, label);
   }
   return histogram;
 }

@@ -16,8 +16,8 @@ using NeighborHistogram = std::vector<std::pair<ClassId, int>>;
 std::vector<NeighborHistogram> neighborHistograms(const std::vector<ClassId>& labels,
                                                   const std::vector<std::pair<int, int>>& edges);
 
-/// The histogram of a node with these neighbours.
-NeighborHistogram histogramOf(const std::vector<ClassId>& labels, const std::vector<int>& neighbors);
+/// The histogram of a node with neighbours of these classes.
+NeighborHistogram histogramOf(const std::vector<ClassId>& labels);
 
 /// L2 norm of the difference (E_st).
 double histogramDistance(const NeighborHistogram& a, const NeighborHistogram& b);

@@ -100,15 +100,4 @@ std::vector<std::pair<int, int>> relativeNeighborhood(std::span<const Vec3> poin
   return edges;
 }
 
-std::vector<std::vector<int>> relativeNeighborsOf(std::span<const Vec3> points, std::span<const int> of) {
-  const PointTree tree(points);
-  std::vector<std::vector<int>> neighbors(of.size());
-  for (std::size_t k = 0; k < of.size(); ++k) {
-    Blockers blockers(tree.position(of[k]));
-    collectNeighbors(
-        tree, tree.position(of[k]), of[k], [](int) { return true; }, blockers, neighbors[k]);
-  }
-  return neighbors;
-}
-
 }  // namespace hgg

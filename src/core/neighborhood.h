@@ -13,8 +13,4 @@ namespace hgg {
 /// so that it takes about n log n on scenes and is quadratic only for adversarial point sets.
 std::vector<std::pair<int, int>> relativeNeighborhood(std::span<const Vec3> points);
 
-/// The neighbours in that graph of each point of `of` (indices into points), ascending. The cost is that of these
-/// points and of building the tree.
-std::vector<std::vector<int>> relativeNeighborsOf(std::span<const Vec3> points, std::span<const int> of);
-
 }  // namespace hgg

@@ -124,8 +124,9 @@ TEST(CoarseCorrespondence, AThingNeverMatchesAStuffNodeOfAnOlderClassTable) {
 
 TEST(CoarseCorrespondence, NeighboursDecideBetweenTwinsAtTheSameDistance) {
   // Two cars left and right; only the left one has poles around it, and so has the car seen in the middle.
-  const Map map = mapOf({nodeAt(kCar, Vec3(0, 2, 0)), nodeAt(kCar, Vec3(0, -2, 0)), nodeAt(kPole, Vec3(1, 2.5, 0)),
-                         nodeAt(kPole, Vec3(-1, 2.5, 0))});
+  Map map = mapOf({nodeAt(kCar, Vec3(0, 2, 0)), nodeAt(kCar, Vec3(0, -2, 0)), nodeAt(kPole, Vec3(1, 2.5, 0)),
+                   nodeAt(kPole, Vec3(-1, 2.5, 0))});
+  map.setEdgeModel({});
   const LocalGraph local = graphOf({objectAt(kCar, Vec3(0, 0, 0)), objectAt(kPole, Vec3(20, 0, 0)),
                                     objectAt(kPole, Vec3(20, 5, 0)), objectAt(kCar, Vec3(20, 9, 0))},
                                    {{0, 1}, {0, 2}, {0, 3}});
@@ -135,6 +136,27 @@ TEST(CoarseCorrespondence, NeighboursDecideBetweenTwinsAtTheSameDistance) {
   ASSERT_GE(pairs.size(), 1U);
   EXPECT_EQ(pairs[0].local, 0);
   EXPECT_EQ(pairs[0].map, 1);
+}
+
+TEST(CoarseCorrespondence, NeighboursThatAreNotBelievedInDoNotCount) {
+  // As before, but the poles around the left car are in doubt, and those around the right car are not.
+  MapNode doubted = nodeAt(kPole, Vec3(1, 2.5, 0));
+  doubted.classes = {};
+  addViews(doubted.classes, {{kPole, 1.0F}, {kRoad, 1000.0F}});
+  MapNode other = doubted;
+  other.belief.mean = Vec3(-1, 2.5, 0);
+  Map map = mapOf({nodeAt(kCar, Vec3(0, 2, 0)), nodeAt(kCar, Vec3(0, -2, 0)), doubted, other,
+                   nodeAt(kPole, Vec3(1, -2.5, 0)), nodeAt(kPole, Vec3(-1, -2.5, 0))});
+  map.setEdgeModel({});
+  ASSERT_FALSE(isConfirmed(*map.find(3)));
+  const LocalGraph local = graphOf({objectAt(kCar, Vec3(0, 0, 0)), objectAt(kPole, Vec3(20, 0, 0)),
+                                    objectAt(kPole, Vec3(20, 5, 0)), objectAt(kCar, Vec3(20, 9, 0))},
+                                   {{0, 1}, {0, 2}, {0, 3}});
+  Config config = geometryOnly(10);
+  config.alignment.geometry_share = 0.5;
+  const auto pairs = match(local, map, config);
+  ASSERT_GE(pairs.size(), 1U);
+  EXPECT_EQ(pairs[0].map, 2);
 }
 
 TEST(CoarseCorrespondence, ComparesInTheMapFrame) {

@@ -63,29 +63,6 @@ TEST(RelativeNeighborhood, EqualsBruteForceWhereDistancesTie) {
   EXPECT_EQ(relativeNeighborhood(lattice), bruteForce(lattice));
 }
 
-TEST(RelativeNeighborsOf, AreThoseOfTheWholeGraph) {
-  std::mt19937 random(5);
-  for (const int n : {1, 2, 30, 300}) {
-    const std::vector<Vec3> points = randomPoints(random, n, Vec3(80, 80, 2));
-    std::vector<std::vector<int>> expected(points.size());
-    for (const auto& [i, j] : relativeNeighborhood(points)) {
-      expected[static_cast<std::size_t>(i)].push_back(j);
-      expected[static_cast<std::size_t>(j)].push_back(i);
-    }
-    std::vector<int> of;
-    for (int i = n - 1; i >= 0; i -= 3) {
-      of.push_back(i);
-    }
-    const std::vector<std::vector<int>> neighbors = relativeNeighborsOf(points, of);
-    for (std::size_t k = 0; k < of.size(); ++k) {
-      std::vector<int>& e = expected[static_cast<std::size_t>(of[k])];
-      std::sort(e.begin(), e.end());
-      EXPECT_EQ(neighbors[k], e) << of[k] << " of " << n;
-    }
-  }
-  EXPECT_TRUE(relativeNeighborsOf({}, {}).empty());
-}
-
 TEST(RelativeNeighborhood, IsConnected) {
   std::mt19937 random(4);
   const std::vector<Vec3> points = randomPoints(random, 300, Vec3(80, 80, 5));
