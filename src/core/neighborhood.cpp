@@ -12,7 +12,7 @@ namespace {
 /// prune whole boxes by a condition of the caller, which nanoflann's interface (nearest k, or a radius) does not offer.
 class PointTree {
  public:
-  struct Node : Bounds {
+  struct Node : CellBounds {
     int begin = 0, end = 0;
     int right = 0;  // the left child follows its parent; 0: a leaf
   };

@@ -92,7 +92,7 @@ std::vector<PointIndex::Id> PointIndex::near(const Vec3& centre, double radius) 
   std::vector<Id> ids;
   const double square = radius * radius;
   search(
-      centre, [&](const Bounds&, double gap) { return gap > square; },
+      centre, [&](const CellBounds&, double gap) { return gap > square; },
       [&](int k) {
         if ((position(k) - centre).squaredNorm() <= square) {
           ids.push_back(idOf(k));

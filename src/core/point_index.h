@@ -80,7 +80,7 @@ class PointIndex {
     int leaf = -1;
   };
   /// A cube. Its points are in its eight children, or with it when it has none.
-  struct Cell : Bounds {
+  struct Cell : CellBounds {
     double reach = 0;            // the largest of its points
     Vec3 corner = Vec3::Zero();  // lowest
     double edge = 0;             // m

@@ -11,7 +11,7 @@
 namespace hgg {
 
 /// An axis-aligned box that holds points.
-struct Bounds {
+struct CellBounds {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   bool holds(const Vec3& p) const { return (p.array() >= low.array()).all() && (p.array() <= high.array()).all(); }
   void extend(const Vec3& p) { low = low.cwiseMin(p), high = high.cwiseMax(p); }
@@ -19,7 +19,7 @@ struct Bounds {
 
 /// Squared distance from p to a box, m^2; 0 inside of it. Never more than that to a point of the box, rounding
 /// included.
-inline double squareGap(const Bounds& box, const Vec3& p) {
+inline double squareGap(const CellBounds& box, const Vec3& p) {
   return (box.low - p).cwiseMax(p - box.high).cwiseMax(0.0).squaredNorm();
 }
 
@@ -47,7 +47,7 @@ class Blockers {
 
   /// True when a blocker comes between p_i and every point of the box: all of the box is nearer to the blocker than to
   /// p_i, and farther from p_i than the blocker is. The margins keep points that tie in exact arithmetic.
-  bool hideBox(const Bounds& box, double gap) {
+  bool hideBox(const CellBounds& box, double gap) {
     const Vec3 low = box.low - p_i_, high = box.high - p_i_;
     const double margin = 1e-12 * (low.squaredNorm() + high.squaredNorm());
     for (std::size_t k = 0; k < count_ && square_[k] < gap * (1 - 1e-12); ++k) {
@@ -91,7 +91,7 @@ int blockerOf(const Points& points, const Vec3& p_i, const Vec3& p_j) {
   int found = -1;
   points.search(
       0.5 * (p_i + p_j),
-      [&](const Bounds& box, double) { return squareGap(box, p_i) >= square || squareGap(box, p_j) >= square; },
+      [&](const CellBounds& box, double) { return squareGap(box, p_i) >= square || squareGap(box, p_j) >= square; },
       [&](int k) {
         const Vec3& p = points.position(k);
         found = (p - p_i).squaredNorm() < square && (p - p_j).squaredNorm() < square ? k : -1;
@@ -115,7 +115,7 @@ double collectNeighbors(const Points& points, const Vec3& p_i, int self, IsAsked
                         std::vector<int>& neighbors) {
   neighbors.clear();
   points.search(
-      p_i, [&](const Bounds& box, double gap) { return blockers.hideBox(box, gap); },
+      p_i, [&](const CellBounds& box, double gap) { return blockers.hideBox(box, gap); },
       [&](int j) {
         const Vec3& p_j = points.position(j);
         if (j != self && !blockers.hidePoint(p_j, (p_j - p_i).squaredNorm())) {

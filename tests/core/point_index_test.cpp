@@ -165,10 +165,10 @@ TEST(PointIndex, SearchEndsWhereItsVisitorSays) {
   }
   int visits = 0;
   EXPECT_TRUE(index.search(
-      Vec3::Zero(), [](const Bounds&, double) { return false; }, [&](int) { return ++visits == 7; }));
+      Vec3::Zero(), [](const CellBounds&, double) { return false; }, [&](int) { return ++visits == 7; }));
   EXPECT_EQ(visits, 7);
   EXPECT_FALSE(index.search(
-      Vec3::Zero(), [](const Bounds&, double) { return false; }, [](int) { return false; }));
+      Vec3::Zero(), [](const CellBounds&, double) { return false; }, [](int) { return false; }));
   EXPECT_EQ(index.find(499) >= 0, true);
   EXPECT_EQ(index.find(500), -1);
 }
@@ -181,7 +181,7 @@ TEST(PointIndex, AQueryLooksAtItsNeighbourhoodOnly) {
   }
   int looked_at = 0;
   index.search(
-      Vec3::Zero(), [](const Bounds&, double gap) { return gap > 20 * 20; },
+      Vec3::Zero(), [](const CellBounds&, double gap) { return gap > 20 * 20; },
       [&](int) {
         ++looked_at;
         return false;
