@@ -22,7 +22,7 @@ constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
 /// Of a between constraint that nothing is known of.
 constexpr double kUnknownSigma = 0.3, kUnknownTurn = 3 * kDegree;  // m, rad
 
-/// CellBounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
+/// Bounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
 class Reader {
  public:
   explicit Reader(std::string_view bytes) : rest_(bytes) {}

@@ -23,7 +23,7 @@ constexpr double kLeastShare = 0.01;             // shares are kept this far fro
 constexpr double kMissedWeight = 0.5;
 /// Both maps see the same surfaces: half of the nodes seen say something new.
 constexpr double kNewNodes = 0.5;
-// CellBounds of the work: surfaces that are looked for, spread evenly.
+// Bounds of the work: surfaces that are looked for, spread evenly.
 constexpr std::size_t kWeighed = 1500;       // of each map
 constexpr std::size_t kWeighedOfThing = 30;  // of each thing
 constexpr std::size_t kProbes = 400;         // of one map, at each displacement

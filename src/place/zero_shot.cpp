@@ -14,7 +14,7 @@
 namespace hgg {
 namespace {
 
-// CellBounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+// Bounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
 constexpr std::size_t kMaxCandidates = 6000;
 constexpr std::size_t kPlaces = 8;            // registered and weighed
 constexpr std::size_t kPlacesWithPrior = 40;  // found where there is a prior; the first kPlaces within it go on
