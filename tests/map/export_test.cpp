@@ -193,7 +193,7 @@ TEST(ExportPly, VerticesHoldMeanNormalAndDeviations) {
 TEST(ExportPly, ColoursTellClassesApart) {
   MapNode a = nodeAt(10, Vec3(0, 0, 0)), b = nodeAt(40, Vec3(5, 0, 0)), c = nodeAt(10, Vec3(9, 0, 0));
   for (MapNode* node : {&a, &b, &c}) {
-    node->leaves.push_back(packLeaf({Vec3(0, 0, 0), Mat3::Identity(), 1}));
+    addLeaf(*node, packLeaf({Vec3(0, 0, 0), Mat3::Identity(), 1}));
   }
   const Ply ply = readPly(exportPly({mapOf({a, b, c}), {}}));
   ASSERT_EQ(ply.vertices, 3U);

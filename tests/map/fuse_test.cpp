@@ -479,8 +479,9 @@ TEST(Absorb, AddsEvidenceLeavesAndTimeAndKeepsTheFrame) {
   EXPECT_EQ(weightOf(keep.classes.views, kCar), 1000) << "two thousand views, faded to the most there can be";
   EXPECT_EQ(keep.first_us, 10);
   EXPECT_EQ(keep.last_us, 60);
-  ASSERT_EQ(keep.leaves.size(), 2U);
-  EXPECT_NEAR(keep.leaves[0].mean[0] + keep.leaves[1].mean[0], 1, 1e-6);  // a metre apart in the frame of the one kept
+  const Leaves& leaves = leavesOf(keep);
+  ASSERT_EQ(leaves.size(), 2U);
+  EXPECT_NEAR(leaves[0].mean[0] + leaves[1].mean[0], 1, 1e-6);  // a metre apart in the frame of the one kept
 }
 
 }  // namespace

@@ -96,14 +96,15 @@ MapNode someNode(std::mt19937& random, Placement place) {
   node.belief.cov = randomSpd(random, 1e-3);
   if (below(random, 5) == 0) {
     node.classes = {};
-    addViews(node.classes, {{static_cast<ClassId>(40), 1000.0F}});  // seen as something else: not believed in
+    addViews(node.classes, {{static_cast<ClassId>(40), 1000.0F}});  // seen as something else: not confirmed
   }
   return node;
 }
 
 MapUpdate someUpdate(std::mt19937& random, const Map& map, Placement place, int step) {
   MapUpdate update;
-  update.pose.T_map_body.translation().x() = 2 * step;
+  update.keyframe = NewKeyframe{};
+  update.keyframe->pose.T_map_body.translation().x() = 2 * step;
   for (std::uint32_t n = below(random, 6); n > 0; --n) {
     update.created.push_back(someNode(random, place));
   }
@@ -112,7 +113,7 @@ MapUpdate someUpdate(std::mt19937& random, const Map& map, Placement place, int 
     if (fate == 0) {
       update.removed.push_back(id);  // as when it fades, or is merged into another
     } else if (fate == 1) {
-      update.changed.push_back(someNode(random, place));  // far away, perhaps not believed in any more
+      update.changed.push_back(someNode(random, place));  // far away, perhaps not confirmed any more
       update.changed.back().anchor = node.anchor;
     } else if (fate <= 4) {
       update.changed.push_back(node);  // as most of them change: a little
@@ -166,7 +167,7 @@ TEST(ObjectGraph, IsTheRelativeNeighborhoodAfterEveryRevision) {
         }
       }
       EXPECT_GT(map.graph().size(), 20U);
-      EXPECT_LT(map.graph().size(), map.nodes().size()) << "some are not believed in";
+      EXPECT_LT(map.graph().size(), map.nodes().size()) << "some are not confirmed";
     }
   }
 }
@@ -177,7 +178,8 @@ Map largeMap(std::mt19937& random, Placement place, int nodes) {
   map.setEdgeModel(kModel);
   for (int step = 0; static_cast<int>(map.nodes().size()) < nodes; ++step) {
     MapUpdate update;
-    update.pose.T_map_body.translation().x() = 2 * step;
+    update.keyframe = NewKeyframe{};
+    update.keyframe->pose.T_map_body.translation().x() = 2 * step;
     for (int n = 0; n < 40; ++n) {
       update.created.push_back(someNode(random, place));
     }
@@ -219,9 +221,7 @@ TEST(ObjectGraph, ALoopIsTakenInAroundTheRobotFirst) {
     correction.moved.emplace_back(k, T);
   }
   map.apply(correction);
-  MapUpdate frame;
-  frame.pose = map.keyframes().poses().back();
-  map.apply(std::move(frame));
+  map.apply(MapUpdate{});
   ASSERT_FALSE(map.graph().isSettled());
   const FromScratch expected(map);
   std::size_t near = 0, far_wrong = 0;
