@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "publish/health.h"
 #include "small_world.h"
 
 namespace hgg::graph_update_test {
@@ -115,7 +116,7 @@ TEST(Publish, StuffIsOfItsClassForSure) {
   EXPECT_EQ(sent.class_probability, 1);
 }
 
-TEST(Publish, StatusCountsKeyframesAndLoopsButNotTies) {
+TEST(Publish, StatusCountsKeyframesAndLoopsAndNoOtherConstraints) {
   KeyframeGraph keyframes = keyframesAtRest(4);
   for (const KeyframeId a : {0, 1, 2}) {
     keyframes.connect({a, a + 1, Pose::Identity(), 0.01, 0.01, false});

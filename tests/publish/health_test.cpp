@@ -10,7 +10,7 @@ namespace {
 TEST(Health, StatusDescribesTheMap) {
   std::mt19937 random(1);
   MapNode car = nodeAt(10, Vec3(0, 0, 0));
-  car.leaves.assign(5, randomLeaf(random));
+  car.geometry = shareLeaves(Leaves(5, randomLeaf(random)));
   const Map map = mapOf({car, nodeAt(10, Vec3(5, 0, 0))});
   Status status;
   describeMap(map, status);

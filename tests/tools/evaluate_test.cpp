@@ -102,10 +102,12 @@ TEST(ReadMapObjects, FlatLeavesSurviveTheirStorageAsFloats) {
   road.id = 5;
   road.label = 40;
   road.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  Leaves leaves;
   for (int i = 1; i <= 200; ++i) {
     const Mat3 R = Eigen::AngleAxisd(0.1 * i, Vec3(1, 2, -3).normalized()).toRotationMatrix();
-    road.leaves.push_back(packLeaf({Vec3::Zero(), R * Vec3(0, 0.1, 0.3).asDiagonal() * R.transpose(), 5}));
+    leaves.push_back(packLeaf({Vec3::Zero(), R * Vec3(0, 0.1, 0.3).asDiagonal() * R.transpose(), 5}));
   }
+  road.geometry = shareLeaves(std::move(leaves));
   ASSERT_EQ(saveMap(Map::restore({road}, {}, {{40, "road"}}, 1, 6), (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   EXPECT_TRUE(graph) << graph.error;
