@@ -96,7 +96,7 @@ MapNode someNode(std::mt19937& random, Placement place) {
   node.belief.cov = randomSpd(random, 1e-3);
   if (below(random, 5) == 0) {
     node.classes = {};
-    addViews(node.classes, {{static_cast<ClassId>(40), 1000.0F}});  // seen as something else: not believed in
+    addViews(node.classes, {{static_cast<ClassId>(40), 1000.0F}});  // seen as something else: not confirmed
   }
   return node;
 }
@@ -112,7 +112,7 @@ MapUpdate someUpdate(std::mt19937& random, const Map& map, Placement place, int 
     if (fate == 0) {
       update.removed.push_back(id);  // as when it fades, or is merged into another
     } else if (fate == 1) {
-      update.changed.push_back(someNode(random, place));  // far away, perhaps not believed in any more
+      update.changed.push_back(someNode(random, place));  // far away, perhaps not confirmed any more
       update.changed.back().anchor = node.anchor;
     } else if (fate <= 4) {
       update.changed.push_back(node);  // as most of them change: a little
@@ -122,7 +122,7 @@ MapUpdate someUpdate(std::mt19937& random, const Map& map, Placement place, int 
       update.changed.back().belief.cov = randomSpd(random, 1e-3);
       update.changed.back().label = static_cast<ClassId>(kCar + below(random, 3));
     } else if (fate == 6) {
-      update.evidence.push_back({id, {{node.label, 3000.0F}}});  // believed in from now on
+      update.evidence.push_back({id, {{node.label, 3000.0F}}});  // confirmed from now on
       continue;
     } else {
       continue;
@@ -166,7 +166,7 @@ TEST(ObjectGraph, IsTheRelativeNeighborhoodAfterEveryRevision) {
         }
       }
       EXPECT_GT(map.graph().size(), 20U);
-      EXPECT_LT(map.graph().size(), map.nodes().size()) << "some are not believed in";
+      EXPECT_LT(map.graph().size(), map.nodes().size()) << "some are not confirmed";
     }
   }
 }
