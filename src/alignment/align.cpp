@@ -8,7 +8,7 @@
 namespace hgg {
 namespace {
 
-// Measured: docs/method.md, "Alignment", has the tables.
+// Measured: docs/experiments.md, "Alignment", has the tables.
 constexpr int kEdgeSamples = 1;      // K of eq. edge_cost; two or three changed nothing and cost a millisecond
 constexpr double kRobustScale = 2;   // standard deviations; 3 let the far face of a wall pull the pose
 constexpr double kLeafNoise = 0.01;  // m, floor of a leaf's thickness

@@ -131,8 +131,8 @@ void addLeafCandidates(const std::vector<Leaf>& leaves, const Eigen::Vector3f& m
   }
 }
 
-/// Rounds h of the Weisfeiler-Lehman features. Chosen by hand: docs/method.md, "Weisfeiler-Lehman features", finds that
-/// the features change nothing.
+/// Rounds h of the Weisfeiler-Lehman features. Chosen by hand: docs/experiments.md, "Weisfeiler-Lehman features in the
+/// cost of leaves", finds that the features change nothing.
 constexpr int kStructureRounds = 2;
 
 Eigen::MatrixXd featuresOf(const MapNode& node, double sigma_floor) {

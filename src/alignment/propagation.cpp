@@ -10,7 +10,7 @@
 namespace hgg {
 namespace {
 
-// All of these were chosen by hand; docs/method.md, "Degenerate directions", says what for.
+// All of these were chosen by hand; docs/method.md, "Pose propagation", says what for.
 /// Standard deviations of a pose that is known: far below what alignment can tell, and still invertible.
 constexpr double kKnown = 1e-4, kKnownTurn = 1e-5;  // m, rad
 /// Standard deviations of a pose in a stored map, or after a jump of odometry.

@@ -9,10 +9,10 @@ namespace {
 constexpr double kMostViews = 1000;
 /// So many views that miss a thing weigh as much as one that finds it, since segmenters miss more than they make up.
 /// Measured on kitti_0001, whose cars are labelled in part of the views only: recall 0.42 with one, 0.92 with two and 1
-/// with three; in the simulated worlds two or three make no difference (docs/method.md, "Existence").
+/// with three; in the simulated worlds two or three make no difference (docs/experiments.md, "Class and existence").
 constexpr double kMissesPerFind = 3;
 /// The prior of clutter: that of a sighting without points, in views, and the number of points that halves it. Chosen
-/// by hand; the last row of the table in docs/method.md, "Existence", was measured with them.
+/// by hand; the last row of the table in docs/experiments.md, "Class and existence", was measured with them.
 constexpr double kClutterViews = 2, kClutterPoints = 400;
 
 void scale(ClassWeights& weights, double factor) {

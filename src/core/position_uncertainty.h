@@ -22,8 +22,8 @@ struct PositionModel {
 };
 
 /// A mean within one drive, against the truth. The four constants are a joint fit (a grid search) to the position
-/// errors of eight drives; docs/method.md, "How well a position is known", has the table, and three more drives that
-/// were not part of the fit.
+/// errors of eight drives; docs/experiments.md, "How well a position is known", has the table, and three more drives
+/// that were not part of the fit.
 inline constexpr PositionModel kPositionWithinDrive{
     .view_share = 0.7, .view_noise = 0.05, .common_share = 0.06, .common_noise = 0.02};
 
@@ -33,7 +33,7 @@ inline constexpr PositionModel kPositionOfView{.view_share = kPositionWithinDriv
 
 /// A mean of one drive against that of another. The other drive saw other sides of the object, which moves the mean by
 /// far more than a single drive can tell, and both maps have many views of it, so that only the common terms are left.
-/// Chosen by hand, not fitted; the table of docs/method.md, "Zero-shot alignment", was measured with these values.
+/// Chosen by hand, not fitted; the table of docs/experiments.md, "Simulated submaps", was measured with these values.
 inline constexpr PositionModel kPositionBetweenDrives{.common_share = 0.3, .common_noise = 0.08};
 
 /// The factor of the extent in the model: 1 / kappa + view_share^2 / views + common_share^2. Its inverse is the number

@@ -10,7 +10,8 @@
 namespace hgg {
 namespace {
 
-// Chosen by hand but for kCoincident; the tables of docs/method.md, "What a node is", were measured with them.
+// Chosen by hand but for kCoincident; the tables of docs/experiments.md, "Class and existence", were measured with
+// them.
 constexpr std::size_t kMostLeaves = 24;                 // of a thing that vote, spread evenly over it: bounds the work
 constexpr double kFullWay = 0.05, kFullTurn = kDegree;  // m, rad: motion after which a view counts in full
 constexpr double kAtRest = 0.02;                        // weight of a view at rest

@@ -124,7 +124,7 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
 }
 
 /// How far apart pieces of one object can be, in cluster radii: something that hides the surface between them also cuts
-/// clusters. Chosen by hand; docs/method.md, "One object, two nodes", says what the rule gains.
+/// clusters. Chosen by hand; docs/experiments.md, "One object, two nodes", says what the rule gains.
 constexpr double kFragmentDistance = 2;
 
 /// An evenly filled patch ends sqrt(3) standard deviations from its middle.
@@ -323,14 +323,14 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
   return update;
 }
 
-MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, const ClassTable& classes,
+MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& pending, const ClassTable& classes,
                           const Config& config) {
   MapUpdate update;
   update.is_sequel = true;
   Touched touched;
   std::vector<NodeId> things;
   std::set<NodeId> removed, grown;
-  for (const NodeId id : overlaid) {
+  for (const NodeId id : pending) {
     const MapNode* node = map.find(id);
     if (node == nullptr || !map.isActive(*node)) {
       continue;

@@ -24,11 +24,11 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
                const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config);
 
-/// Computes how each node of `overlaid` (ids, ascending) merges with the active nodes that are the same object: stuff
+/// Computes how each node of `pending` (ids, ascending) merges with the active nodes that are the same object: stuff
 /// of one tile, things that are one object. These are nodes that a loop closure has moved onto others, or that were out
 /// of reach and are active again. Ids of nodes that are gone or not active are skipped. The update is a sequel to the
 /// frame before it.
-MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& overlaid, const ClassTable& classes,
+MapUpdate mergeDuplicates(const Map& map, const std::vector<NodeId>& pending, const ClassTable& classes,
                           const Config& config);
 
 }  // namespace hgg

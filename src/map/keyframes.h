@@ -23,7 +23,7 @@ struct Drift {
 /// Keyframes and the rigid motions that move them (T_map_map), ascending by keyframe.
 using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
 
-/// Poses of the robot, one every 2 m or 20 degrees, and the between constraints that tie them together. Each node of
+/// Poses of the robot, one every 2 m or 20 degrees, and the between constraints that hold them together. Each node of
 /// the map is anchored to a keyframe and moves rigidly with it.
 class KeyframeGraph {
  public:

@@ -138,8 +138,8 @@ class Map {
   /// removed node never comes to mean another.
   NodeId nextId() const { return next_id_; }
 
-  /// Rebuilds a map from stored parts (file.cpp, import). Ids must be unique and positive; next_id is raised above
-  /// them.
+  /// Rebuilds a map from stored parts (map/file_read.cpp, import). Ids must be unique and positive; next_id is raised
+  /// above them.
   static Map restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<ClassId, std::string> names,
                      std::int64_t revision, NodeId next_id = 1);
 

@@ -13,7 +13,7 @@
 namespace hgg {
 namespace {
 
-// Chosen by hand; the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+// Chosen by hand; the figures of docs/experiments.md, "Zero-shot alignment", were measured with them.
 constexpr double kSurveyGrains = 5;  // survey_distance in grains: leaves of one surface lie about two grains apart
 constexpr double kLevel = 0.8;       // cosine to the vertical (37 degrees) from which on a surface may be ground
 constexpr double kFlat = 0.1;        // least variance over the middle one below which a leaf is flat

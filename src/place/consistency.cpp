@@ -15,7 +15,8 @@ constexpr double kTilt = 5 * kDegree;  // how far from upright a map may be: wha
 /// hand.
 constexpr double kVaguestYaw = 0.7;
 constexpr double kRounding = 1e-9;  // rad or nats; what is this close is equal
-// Bounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+// Bounds of the work, chosen by hand: the figures of docs/experiments.md, "Zero-shot alignment", were measured with
+// them.
 constexpr std::size_t kSeeds = 1500;      // pairs around which cliques are sought, heaviest first
 constexpr std::size_t kPlacesOfSeed = 3;  // yaws tried around a pair
 constexpr std::size_t kTries = 40;        // places fitted for each one asked for

@@ -9,8 +9,8 @@
 
 namespace hgg {
 
-/// Two transforms that differ by more than this are of two places. Chosen by hand; docs/method.md, "Zero-shot
-/// alignment", measures rivals by it.
+/// Two transforms that differ by more than this are of two places. Chosen by hand; docs/experiments.md, "Why
+/// the verdict has these limits", measures rivals by it.
 inline constexpr double kDistinctDistance = 1.0;      // m
 inline constexpr double kDistinctTurn = 5 * kDegree;  // rad
 

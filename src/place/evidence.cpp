@@ -9,7 +9,7 @@
 namespace hgg {
 namespace {
 
-// Chosen by hand, but for kGate; the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+// Chosen by hand, but for kGate; the figures of docs/experiments.md, "Zero-shot alignment", were measured with them.
 constexpr double kThingFound = 0.7;   // probability that a map that has surveyed the place of a thing has the thing
 constexpr double kSameSurface = 0.3;  // survey distances: surfaces this near across are one
 /// Squared Mahalanobis distance of matched things: three standard deviations, within which 97.1 % of true pairs lie

@@ -14,7 +14,8 @@
 namespace hgg {
 namespace {
 
-// Bounds of the work, chosen by hand: the figures of docs/method.md, "Zero-shot alignment", were measured with them.
+// Bounds of the work, chosen by hand: the figures of docs/experiments.md, "Zero-shot alignment", were measured with
+// them.
 constexpr std::size_t kMaxCandidates = 6000;
 constexpr std::size_t kPlaces = 8;            // registered and weighed
 constexpr std::size_t kPlacesWithPrior = 40;  // found where there is a prior; the first kPlaces within it go on
@@ -23,17 +24,19 @@ constexpr std::size_t kMostSurfaces = 1200;   // of b, registered
 // Registration.
 constexpr double kTilt = 2.5 * kDegree;  // standard deviation between the maps: two are the 5 degrees that are promised
 constexpr double kFree = 1e-6;           // 1/m^2, 1/rad^2: information that only keeps the system regular
-/// Scale of the robust kernel, standard deviations: that of alignment (the table "Indoor drag" of docs/method.md).
+/// Scale of the robust kernel, standard deviations: that of alignment (docs/experiments.md, "Drag of a depth camera
+/// indoors").
 constexpr double kRobustScale = 2;
 /// Surfaces share the errors of their maps: together they count as this many independent ones at most. The compromise
-/// between LiDAR and camera in the first table of docs/method.md, "Alignment"; not measured for two maps.
+/// between LiDAR and camera in docs/experiments.md, "How much a leaf says along its surface"; not measured for two
+/// maps.
 constexpr double kEffectiveSurfaces = 400;
 /// One round of correspondences finds surfaces within kWideGate survey distances, kNarrowRounds more within one. What a
 /// surface may still be off is added to its extent, in survey distances. Chosen by hand, not measured.
 constexpr double kWideGate = 2, kWideSlack = 0.5, kNarrowSlack = 0.05;
 constexpr int kNarrowRounds = 3;
 
-// Limits of acceptance; the table "Verdict" of docs/method.md, "Zero-shot alignment", says what each one refuses.
+// Limits of acceptance; docs/experiments.md, "Why the verdict has these limits", says what each one refuses.
 constexpr double kOddsAgainst = 1000;  // margin of the score over the number of places looked at
 constexpr int kThings = 4;             // matched: a place is made to fit two pairs, whose score is free
 constexpr double kOverlap = 0.25;      // of the smaller map's upright surfaces: corners are alike everywhere

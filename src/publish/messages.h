@@ -40,7 +40,7 @@ struct GraphUpdate {
   std::int64_t revision = 0;
   bool complete = false;
   std::vector<ObjectSummary> objects;  // ascending id
-  std::vector<NodeId> removed;         // ascending; absorbed, faded, or not (any more) believed in
+  std::vector<NodeId> removed;         // ascending; absorbed, faded, or not (any more) confirmed
   std::vector<Edge> edges;             // all edges with an end among `objects`
 };
 

@@ -103,7 +103,8 @@ TEST(Corrector, WithoutAKeyframeDoesNothing) {
   EXPECT_TRUE(corrector.loops().records().empty());
 }
 
-/// A map of road tiles, each of which two nodes lie in, and a delta that says so: the second of two has been woken.
+/// A map of road tiles, each of which two nodes lie in, and a delta that says so: the second of two has been
+/// reactivated.
 struct DoubledTiles {
   Map map;
   MapDelta updated;

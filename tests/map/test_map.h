@@ -18,7 +18,7 @@ inline void addLeaf(MapNode& node, const Leaf& leaf) {
   node.geometry = shareLeaves(std::move(leaves));
 }
 
-/// A map node of a round extent that is believed in.
+/// A map node of a round extent that is confirmed.
 inline MapNode nodeAt(ClassId label, const Vec3& mean, double deviation = 0.5, double kappa = 100) {
   MapNode node;
   node.label = label;

@@ -171,7 +171,7 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   ASSERT_EQ(saveMap(map, (scratch / "map.hgg").string()), "");
   const auto graph = readMapObjects(scratch / "map.hgg");
   ASSERT_TRUE(graph) << graph.error;
-  ASSERT_EQ(graph->objects.size(), 2u) << "the third is not believed in";
+  ASSERT_EQ(graph->objects.size(), 2u) << "the third is not confirmed";
   EXPECT_EQ(graph->objects[0].id, 4);
   EXPECT_EQ(graph->objects[0].belief.mean, Vec3(1, 2, 3));
   EXPECT_TRUE(graph->objects[1].stuff);

@@ -23,7 +23,7 @@ struct EvalOptions {
   std::filesystem::path times;       // of the true poses; empty: truth/times.txt, else the log's, else by row
   std::filesystem::path log;         // the mapper's input, for its odometry; empty: odometry is not scored
   std::filesystem::path stats;       // stats.json of the run; empty: beside the map when there
-  std::filesystem::path answers;     // of hggmap query --batch to truth/queries.jsonl; empty: retrieval is not scored
+  std::filesystem::path answers;     // of hggmap query --batch (not yet) to the queries; empty: retrieval is not scored
   std::string odometry_channel = "POSE_ODOM", cloud_channel = "LIDAR_SEMANTIC";  // of the log
   double radius = 1.5;                                                           // m
   double spacing = 0.1;              // m, of the points geometry is compared over

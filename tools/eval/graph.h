@@ -31,7 +31,7 @@ Prediction transform(const Pose& T_a_b, const Prediction& object);
 
 /// Both readers refuse ids that appear twice and numbers without a meaning: kappa of 0 or less, covariances that are
 /// not finite, not symmetric or not positive semi-definite (a zero one is fine). The nodes of a map.hgg that it
-/// believes in, with their leaves.
+/// confirms, with their leaves.
 Result<PredictedGraph> readMapObjects(const std::filesystem::path& path);
 /// Objects of a Graph JSON, version 1. Without "position_cov" it is cov / kappa; "geometry" may be missing. Labels
 /// are whole numbers 0..65535.
