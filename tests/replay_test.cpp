@@ -33,7 +33,9 @@ class LogBuilder {
     return message("LIDAR_SEMANTIC", logged_us, encodeSemanticCloud(SmallWorld::timeOf(i), SmallWorld::points(i)));
   }
   LogBuilder& frames(int from, int to) {
-    for (int i = from; i < to; ++i) odometry(i, SmallWorld::timeOf(i)).cloud(i, SmallWorld::timeOf(i));
+    for (int i = from; i < to; ++i) {
+      odometry(i, SmallWorld::timeOf(i)).cloud(i, SmallWorld::timeOf(i));
+    }
     return *this;
   }
   std::string finish() {
@@ -71,7 +73,9 @@ Outcome replayOf(const std::string& path) {
 
 std::vector<Micros> timesOf(std::initializer_list<int> frames) {
   std::vector<Micros> out;
-  for (const int i : frames) out.push_back(SmallWorld::timeOf(i));
+  for (const int i : frames) {
+    out.push_back(SmallWorld::timeOf(i));
+  }
   return out;
 }
 
@@ -114,7 +118,9 @@ TEST_F(Replay, OdometryLaterInTheLogIsStillUsedWithinTheWait) {
 TEST_F(Replay, MissingOdometryCostsItsFramesOnly) {
   auto builder = log();
   builder.frames(0, 3);
-  for (const int i : {3, 4}) builder.cloud(i, SmallWorld::timeOf(i));
+  for (const int i : {3, 4}) {
+    builder.cloud(i, SmallWorld::timeOf(i));
+  }
   // 5 is more than a gap away from 2: nothing in between is guessed.
   const Micros late_us = kMaxOdometryGap_us;
   const auto points = SmallWorld::points(5);
@@ -168,7 +174,9 @@ TEST_F(Replay, ADamagedLogIsMappedAroundTheDamage) {
   log().frames(0, kFrames).finish();
   std::string bytes = readText(path_);
   const auto frame_bytes = bytes.size() / kFrames;
-  for (std::size_t i = 3 * frame_bytes + 500; i < 3 * frame_bytes + 50'000; ++i) bytes[i] = '\x55';
+  for (std::size_t i = 3 * frame_bytes + 500; i < 3 * frame_bytes + 50'000; ++i) {
+    bytes[i] = '\x55';
+  }
   bytes.resize(bytes.size() - 10);
   writeText(path_, bytes);
   const auto out = replayOf(path_);

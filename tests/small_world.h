@@ -31,7 +31,9 @@ class SmallWorld {
     const auto body_x = static_cast<float>(i);
     for (int k = 0; k < 10; ++k) {
       const auto x = static_cast<float>(8 * k);
-      if (std::abs(x - body_x) > 25) continue;
+      if (std::abs(x - body_x) > 25) {
+        continue;
+      }
       for (int n = 0; n < 120; ++n) {
         points.push_back({x - body_x + 4 * unit(random), 5 + 1.8f * unit(random), unit(random), 0, 10});
       }

@@ -35,7 +35,9 @@ int fail(const std::string& error) {
 
 std::vector<std::string> namesOf(const std::vector<hgg::SensorName>& sensors) {
   std::vector<std::string> names;
-  for (const auto& sensor : sensors) names.push_back(sensor.name);
+  for (const auto& sensor : sensors) {
+    names.push_back(sensor.name);
+  }
   return names;
 }
 
@@ -121,7 +123,9 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
 
 int list() {
   std::printf("worlds:\n");
-  for (const std::string& name : hgg::sceneNames()) std::printf("  %s\n", name.c_str());
+  for (const std::string& name : hgg::sceneNames()) {
+    std::printf("  %s\n", name.c_str());
+  }
   std::printf("sensors:\n");
   for (const auto& sensor : hgg::sensorNames()) {
     std::printf("  %-10s %s\n", sensor.name.c_str(), sensor.description.c_str());
@@ -131,25 +135,41 @@ int list() {
 
 /// What is wrong with the arguments as a whole; empty when nothing is.
 std::string contradiction(const Arguments& args) {
-  if (args.sim.world.empty() == args.sim.path.empty()) return "give a WORLD or --path GT ODOM (see --help, --list)";
-  if (args.log.empty()) return "give the log to write: -o LOG";
-  if (args.truth.empty()) return "give the truth directory to write: --truth DIR";
+  if (args.sim.world.empty() == args.sim.path.empty()) {
+    return "give a WORLD or --path GT ODOM (see --help, --list)";
+  }
+  if (args.log.empty()) {
+    return "give the log to write: -o LOG";
+  }
+  if (args.truth.empty()) {
+    return "give the truth directory to write: --truth DIR";
+  }
   return "";
 }
 
 int run(const Arguments& args) {
   const auto scene = hgg::sceneOf(args.sim);
-  if (!scene) return fail(scene.error);
+  if (!scene) {
+    return fail(scene.error);
+  }
   const auto options = hgg::simOptions(args.sim, *scene);
-  if (!options) return fail(options.error);
+  if (!options) {
+    return fail(options.error);
+  }
   std::string error = hgg::prepareTruth(args.truth);
-  if (!error.empty()) return fail(error);
+  if (!error.empty()) {
+    return fail(error);
+  }
   hgg::ProgressBar bar("simulate");
   const auto drive = hgg::simulate(*scene, *options, args.log, onBar(bar));
-  if (!drive) return fail(drive.error);
+  if (!drive) {
+    return fail(drive.error);
+  }
   const auto truth = hgg::completeTruth(*scene, *drive, options->threads);
   error = hgg::writeTruth(truth, args.truth);
-  if (!error.empty()) return fail(error);
+  if (!error.empty()) {
+    return fail(error);
+  }
   std::printf("%s: %zu frames; %s: %zu objects, %zu queries; labels are those of firmware_cfg/%s/classes.toml\n",
               args.log.c_str(), drive->T_map_body.size(), args.truth.c_str(), truth.objects.size(),
               truth.queries.size(), scene->label_space.c_str());
@@ -170,7 +190,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return e.get_exit_code() == 0 ? app.exit(e) : fail(std::string(e.what()) + " (see --help)");
   }
-  if (args.list) return list();
+  if (args.list) {
+    return list();
+  }
   const std::string error = contradiction(args);
   return error.empty() ? run(args) : fail(error);
 }

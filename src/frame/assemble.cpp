@@ -20,27 +20,37 @@ void FrameAssembler::addCloud(SemanticCloud cloud, Micros arrival_us) {
     finish();  // their odometry belongs to the time before the restart
   }
   waiting_.push_back({std::move(cloud), arrival_us});
-  if (waiting_.size() > kMaxWaiting) dropOldest();
+  if (waiting_.size() > kMaxWaiting) {
+    dropOldest();
+  }
 }
 
 std::optional<Frame> FrameAssembler::next(Micros now_us) {
   while (!waiting_.empty()) {
     const Micros utime_us = waiting_.front().cloud.utime_us;
-    if (const auto T_odom_body = odometry_.at(utime_us)) return take(*T_odom_body);
-    if (odometry_.isAhead(utime_us) && !hasWaitedEnough(waiting_.front(), now_us)) return std::nullopt;
+    if (const auto T_odom_body = odometry_.at(utime_us)) {
+      return take(*T_odom_body);
+    }
+    if (odometry_.isAhead(utime_us) && !hasWaitedEnough(waiting_.front(), now_us)) {
+      return std::nullopt;
+    }
     dropOldest();
   }
   return std::nullopt;
 }
 
 void FrameAssembler::finish() {
-  while (!waiting_.empty()) dropOldest();
+  while (!waiting_.empty()) {
+    dropOldest();
+  }
 }
 
 Frame FrameAssembler::take(const Pose& T_odom_body) {
   SemanticCloud cloud = std::move(waiting_.front().cloud);
   waiting_.pop_front();
-  if (last_frame_us_ && cloud.utime_us < *last_frame_us_) ++restarts_;
+  if (last_frame_us_ && cloud.utime_us < *last_frame_us_) {
+    ++restarts_;
+  }
   last_frame_us_ = cloud.utime_us;
   return {cloud.utime_us, T_odom_body, std::move(cloud.points)};
 }

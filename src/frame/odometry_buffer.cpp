@@ -13,19 +13,29 @@ bool OdometryBuffer::add(const OdometrySample& sample) {
     samples_.clear();
   }
   samples_.push_back(sample);
-  if (samples_.size() > capacity_) samples_.pop_front();
+  if (samples_.size() > capacity_) {
+    samples_.pop_front();
+  }
   return true;
 }
 
 std::optional<Pose> OdometryBuffer::at(Micros utime_us) const {
   const auto after = std::lower_bound(samples_.begin(), samples_.end(), utime_us,
                                       [](const OdometrySample& s, Micros t) { return s.utime_us < t; });
-  if (after == samples_.end()) return std::nullopt;
-  if (after->utime_us == utime_us) return after->T_odom_body;
-  if (after == samples_.begin()) return std::nullopt;
+  if (after == samples_.end()) {
+    return std::nullopt;
+  }
+  if (after->utime_us == utime_us) {
+    return after->T_odom_body;
+  }
+  if (after == samples_.begin()) {
+    return std::nullopt;
+  }
   const auto before = std::prev(after);
   const Micros gap_us = after->utime_us - before->utime_us;
-  if (gap_us > kMaxOdometryGap_us) return std::nullopt;
+  if (gap_us > kMaxOdometryGap_us) {
+    return std::nullopt;
+  }
   const double s = static_cast<double>(utime_us - before->utime_us) / static_cast<double>(gap_us);
   return interpolate(before->T_odom_body, after->T_odom_body, s);
 }

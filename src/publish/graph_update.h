@@ -16,8 +16,8 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report);
 /// memory, are left out.
 GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report, const std::vector<NodeId>& moved);
 
-/// The nodes that corrections have moved and that subscribers have not been told of. A closed loop moves all of a map at
-/// once; telling of 20,000 nodes at once would cost the frame's thread more than a frame, so it is spread over the
+/// The nodes that corrections have moved and that subscribers have not been told of. A closed loop moves all of a map
+/// at once; telling of 20,000 nodes at once would cost the frame's thread more than a frame, so it is spread over the
 /// frames that follow.
 class MoveQueue {
  public:

@@ -21,7 +21,9 @@ std::vector<Inbox> takeUntil(Bus& bus, const Message& last) {
   while (std::chrono::steady_clock::now() < give_up) {
     inboxes.push_back(bus.take(std::chrono::milliseconds(100)));
     const auto& odometry = inboxes.back().odometry;
-    if (!odometry.empty() && odometry.back() == last) return inboxes;
+    if (!odometry.empty() && odometry.back() == last) {
+      return inboxes;
+    }
   }
   ADD_FAILURE() << "messages did not arrive";
   return inboxes;
@@ -30,24 +32,34 @@ std::vector<Inbox> takeUntil(Bus& bus, const Message& last) {
 TEST(Bus, OdometryArrivesCompleteAndInOrder) {
   const auto bus = Bus::open(inProcess());
   ASSERT_TRUE(bus) << bus.error;
-  for (std::uint8_t i = 0; i < 200; ++i) EXPECT_TRUE((*bus)->publish("POSE_ODOM", Message{i}));
+  for (std::uint8_t i = 0; i < 200; ++i) {
+    EXPECT_TRUE((*bus)->publish("POSE_ODOM", Message{i}));
+  }
   std::vector<Message> got;
-  for (const auto& inbox : takeUntil(**bus, {199})) got.insert(got.end(), inbox.odometry.begin(), inbox.odometry.end());
+  for (const auto& inbox : takeUntil(**bus, {199})) {
+    got.insert(got.end(), inbox.odometry.begin(), inbox.odometry.end());
+  }
   ASSERT_EQ(got.size(), 200u);
-  for (std::uint8_t i = 0; i < 200; ++i) EXPECT_EQ(got[i], Message{i});
+  for (std::uint8_t i = 0; i < 200; ++i) {
+    EXPECT_EQ(got[i], Message{i});
+  }
 }
 
 TEST(Bus, TheNewestCloudIsKeptAndTheOthersCounted) {
   const auto bus = Bus::open(inProcess());
   ASSERT_TRUE(bus) << bus.error;
   const int clouds = 20;
-  for (std::uint8_t i = 0; i < clouds; ++i) (*bus)->publish("LIDAR_SEMANTIC", Message(1000, i));
+  for (std::uint8_t i = 0; i < clouds; ++i) {
+    (*bus)->publish("LIDAR_SEMANTIC", Message(1000, i));
+  }
   (*bus)->publish("POSE_ODOM", Message{1});
   std::int64_t taken = 0, replaced = 0;
   Message newest;
   for (const auto& inbox : takeUntil(**bus, {1})) {
     replaced += inbox.clouds_replaced;
-    if (!inbox.cloud) continue;
+    if (!inbox.cloud) {
+      continue;
+    }
     ++taken;
     newest = inbox.cloud->bytes;
   }

@@ -60,7 +60,9 @@ CloudBuilder smallCloud() {
 std::string errorOf(CloudBuilder& builder) { return decodeSemanticCloud(builder.bytes(), 0).error; }
 
 void patch32(Message& bytes, std::size_t at, std::uint32_t value) {
-  for (std::size_t i = 0; i < 4; ++i) bytes[at + i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes[at + i] = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+  }
 }
 
 // Where smallCloud()'s lengths lie in its message.
@@ -152,7 +154,9 @@ TEST(Codec, PointsBelowTheConfidenceAreLeftOut) {
   CloudBuilder builder(1, 4, 18);
   builder.xyz().field("label", 12, 4).field("confidence", 14, 7);
   const float confidences[] = {0.2f, 0.5f, static_cast<float>(kNan), 0.9f};
-  for (int i = 0; i < 4; ++i) builder.set(18 * i, static_cast<float>(i)).set(18 * i + 14, confidences[i]);
+  for (int i = 0; i < 4; ++i) {
+    builder.set(18 * i, static_cast<float>(i)).set(18 * i + 14, confidences[i]);
+  }
   const auto cloud = decodeSemanticCloud(builder.bytes(), 0.5f);
   ASSERT_TRUE(cloud) << cloud.error;
   ASSERT_EQ(cloud->points.size(), 2u);
@@ -191,7 +195,9 @@ TEST(Codec, MissingFieldIsNamed) {
   for (const std::string name : {"x", "y", "z", "label"}) {
     auto builder = smallCloud();
     for (auto& field : builder.raw().fields) {
-      if (field.name == name) field.name = "other";
+      if (field.name == name) {
+        field.name = "other";
+      }
     }
     EXPECT_EQ(errorOf(builder), "field " + name + " is missing");
   }
@@ -260,7 +266,9 @@ TEST(Codec, EveryTruncationIsAnError) {
   for (std::size_t size = 0; size < cloud.size(); ++size) {
     EXPECT_FALSE(decodeSemanticCloud(Bytes(cloud).first(size), 0)) << size;
   }
-  for (std::size_t size = 0; size < pose.size(); ++size) EXPECT_FALSE(decodePose(Bytes(pose).first(size))) << size;
+  for (std::size_t size = 0; size < pose.size(); ++size) {
+    EXPECT_FALSE(decodePose(Bytes(pose).first(size))) << size;
+  }
 }
 
 TEST(Codec, SurplusBytesAreAnError) {
@@ -289,7 +297,9 @@ TEST(Codec, FlippedBytesNeverCrashOrAllocateMoreThanTheMessage) {
       bad[random() % bad.size()] = static_cast<std::uint8_t>(random());
     }
     const auto cloud = decodeSemanticCloud(bad, 0.1f);
-    if (!cloud) continue;
+    if (!cloud) {
+      continue;
+    }
     ++decoded;
     ASSERT_LE(cloud->points.capacity(), bad.size());
   }

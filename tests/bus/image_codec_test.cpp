@@ -20,11 +20,15 @@ LabelImage someLabels(bool full) {
   image.utime_us = 77, image.width = 40, image.height = 30;
   for (int i = 0; i < 1200; ++i) {
     image.labels.push_back(static_cast<ClassId>(random()));
-    if (!full) continue;
+    if (!full) {
+      continue;
+    }
     image.instances.push_back(static_cast<std::uint32_t>(random()));
     image.confidence.push_back(static_cast<std::uint8_t>(random()));
   }
-  if (full) image.embeddings = {{4'000'000'000U, {1.5F, -2.0F, 3.25F}}, {7, {0.0F, 1e-30F, 4.0F}}};
+  if (full) {
+    image.embeddings = {{4'000'000'000U, {1.5F, -2.0F, 3.25F}}, {7, {0.0F, 1e-30F, 4.0F}}};
+  }
   return image;
 }
 
@@ -119,7 +123,9 @@ TEST(ImageCodec, DepthImagesThatAreNoneAreErrors) {
 
 template <typename Decode>
 void expectBroken(const Message& good, Decode decode) {
-  for (std::size_t size = 0; size < good.size(); ++size) EXPECT_FALSE(decode(Bytes(good).first(size))) << size;
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    EXPECT_FALSE(decode(Bytes(good).first(size))) << size;
+  }
   Message surplus = good;
   surplus.push_back(0);
   EXPECT_EQ(decode(surplus).error, "surplus bytes");

@@ -29,8 +29,12 @@ std::vector<Written> randomEvents(int count, std::size_t max_bytes, unsigned see
   std::int64_t at = 0;
   for (int i = 0; i < count; ++i) {
     Written event{i % 3 == 0 ? "CLOUD" : "POSE", 1000 + i, Data(random() % max_bytes), at, 0};
-    for (auto& byte : event.data) byte = static_cast<std::uint8_t>(random());
-    if (event.data.size() > 40 && i % 4 == 0) std::memcpy(event.data.data() + 9, "\xED\xA1\xDA\x01", 4);
+    for (auto& byte : event.data) {
+      byte = static_cast<std::uint8_t>(random());
+    }
+    if (event.data.size() > 40 && i % 4 == 0) {
+      std::memcpy(event.data.data() + 9, "\xED\xA1\xDA\x01", 4);
+    }
     event.end = at += 28 + std::ssize(event.channel) + std::ssize(event.data);
     events.push_back(std::move(event));
   }
@@ -40,7 +44,9 @@ std::vector<Written> randomEvents(int count, std::size_t max_bytes, unsigned see
 void writeLog(const std::string& path, const std::vector<Written>& events) {
   auto log = LogWriter::create(path);
   ASSERT_TRUE(log) << log.error;
-  for (const auto& event : events) ASSERT_EQ(log->write(event.channel, event.timestamp_us, event.data), "");
+  for (const auto& event : events) {
+    ASSERT_EQ(log->write(event.channel, event.timestamp_us, event.data), "");
+  }
   ASSERT_EQ(log->close(), "");
 }
 
@@ -54,7 +60,9 @@ Read readLog(const std::string& path) {
   auto log = LogReader::open(path);
   EXPECT_TRUE(log) << log.error;
   Read out;
-  while (auto event = log->next()) out.events.push_back(std::move(*event));
+  while (auto event = log->next()) {
+    out.events.push_back(std::move(*event));
+  }
   out.loss = log->loss();
   out.progress = log->progress();
   return out;
@@ -81,7 +89,9 @@ bool areEqual(const Written& a, const LogEvent& b) {
 std::vector<std::size_t> allBut(std::size_t count, std::initializer_list<std::size_t> lost) {
   std::vector<std::size_t> out;
   for (std::size_t i = 0; i < count; ++i) {
-    if (std::find(lost.begin(), lost.end(), i) == lost.end()) out.push_back(i);
+    if (std::find(lost.begin(), lost.end(), i) == lost.end()) {
+      out.push_back(i);
+    }
   }
   return out;
 }
@@ -96,7 +106,9 @@ class DamagedLog : public ::testing::Test {
   std::int64_t at(std::size_t event) const { return events_[event].at; }
   std::int64_t size() const { return std::ssize(bytes_); }
   void damage(std::int64_t from, std::int64_t to) {
-    for (auto i = from; i < to; ++i) bytes_[static_cast<std::size_t>(i)] ^= '\x5a';
+    for (auto i = from; i < to; ++i) {
+      bytes_[static_cast<std::size_t>(i)] ^= '\x5a';
+    }
   }
   void patchLength(std::int64_t at, std::uint32_t value) {
     for (std::int64_t i = 0; i < 4; ++i) {
@@ -120,7 +132,9 @@ TEST_F(DamagedLog, AWholeLogIsReadWithoutLoss) {
   EXPECT_EQ(out.loss.gaps, 0);
   EXPECT_EQ(out.loss.gap_bytes + out.loss.tail_bytes, 0);
   EXPECT_EQ(out.progress, 1.0);
-  for (std::size_t i = 0; i < 10; ++i) EXPECT_EQ(out.events[i].number, static_cast<std::int64_t>(i));
+  for (std::size_t i = 0; i < 10; ++i) {
+    EXPECT_EQ(out.events[i].number, static_cast<std::int64_t>(i));
+  }
 }
 
 TEST_F(DamagedLog, LcmReadsWhatWeWrite) {
@@ -232,14 +246,20 @@ TEST_F(DamagedLog, WhateverIsDamagedTheOtherEventsSurvive) {
     bytes_ = whole;
     const std::int64_t from = static_cast<std::int64_t>(random()) % size();
     const std::int64_t to = std::min(size(), from + 1 + static_cast<std::int64_t>(random() % (round % 2 ? 20 : 800)));
-    for (auto i = from; i < to; ++i) bytes_[static_cast<std::size_t>(i)] = static_cast<char>(random());
+    for (auto i = from; i < to; ++i) {
+      bytes_[static_cast<std::size_t>(i)] = static_cast<char>(random());
+    }
     const auto out = read();
     std::int64_t event_bytes = 0;
-    for (const auto& event : out.events) event_bytes += 28 + std::ssize(event.channel) + std::ssize(event.data);
+    for (const auto& event : out.events) {
+      event_bytes += 28 + std::ssize(event.channel) + std::ssize(event.data);
+    }
     ASSERT_EQ(event_bytes + out.loss.gap_bytes + out.loss.tail_bytes, size());
     auto next = out.events.begin();
     for (const auto& event : events_) {
-      if (event.at < to && event.end > from) continue;
+      if (event.at < to && event.end > from) {
+        continue;
+      }
       next = std::find_if(next, out.events.end(), [&](const LogEvent& e) { return areEqual(event, e); });
       ASSERT_NE(next, out.events.end()) << "round " << round << ": event at " << event.at << " lost by damage to "
                                         << from << ".." << to;
@@ -284,7 +304,9 @@ TEST(Log, WhatCannotBeOpenedIsNamed) {
 
 TEST(Log, AFullDiskIsAnError) {
   auto log = LogWriter::create("/dev/full");
-  if (!log) GTEST_SKIP() << "no /dev/full here";
+  if (!log) {
+    GTEST_SKIP() << "no /dev/full here";
+  }
   const Data data(1 << 20);
   const std::string written = log->write("X", 1, data);
   const std::string closed = log->close();

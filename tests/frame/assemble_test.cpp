@@ -18,7 +18,9 @@ OdometrySample odometryAt(Micros utime_us) {
 
 std::vector<Micros> takeAll(FrameAssembler& assembler, Micros now_us) {
   std::vector<Micros> times_us;
-  while (const auto frame = assembler.next(now_us)) times_us.push_back(frame->utime_us);
+  while (const auto frame = assembler.next(now_us)) {
+    times_us.push_back(frame->utime_us);
+  }
   return times_us;
 }
 
@@ -68,7 +70,9 @@ TEST(FrameAssembler, ACloudFromBeforeTheOdometryIsDroppedAtOnce) {
 
 TEST(FrameAssembler, SeveralWaitingCloudsComeInOrderOfTime) {
   FrameAssembler assembler(kWait_us);
-  for (const Micros t : {1000, 2000, 3000}) assembler.addCloud(cloudAt(t), t);
+  for (const Micros t : {1000, 2000, 3000}) {
+    assembler.addCloud(cloudAt(t), t);
+  }
   assembler.addOdometry(odometryAt(900));
   assembler.addOdometry(odometryAt(2500));
   EXPECT_EQ(takeAll(assembler, 3000), (Times{1000, 2000}));
@@ -102,7 +106,9 @@ TEST(FrameAssembler, FinishGivesUpOnWaitingClouds) {
 
 TEST(FrameAssembler, WaitingCloudsAreBounded) {
   FrameAssembler assembler(Micros{1} << 50);
-  for (Micros t = 1; t <= 1000; ++t) assembler.addCloud(cloudAt(t), 0);
+  for (Micros t = 1; t <= 1000; ++t) {
+    assembler.addCloud(cloudAt(t), 0);
+  }
   assembler.addOdometry(odometryAt(0));
   assembler.addOdometry(odometryAt(1000));
   const auto times_us = takeAll(assembler, 0);
@@ -117,7 +123,9 @@ Times drive(FrameAssembler& assembler, Micros start_us, int frames, Micros arriv
   for (int i = 0; i < frames; ++i) {
     assembler.addOdometry(odometryAt(start_us + i * kPeriod_us));
     assembler.addCloud(cloudAt(start_us + i * kPeriod_us), arrival_us + i * kPeriod_us);
-    for (const Micros t : takeAll(assembler, arrival_us + i * kPeriod_us)) out.push_back(t);
+    for (const Micros t : takeAll(assembler, arrival_us + i * kPeriod_us)) {
+      out.push_back(t);
+    }
   }
   return out;
 }

@@ -16,7 +16,9 @@ Pose poseAt(double x, double yaw) {
 
 OdometryBuffer bufferOf(std::initializer_list<Micros> times_us) {
   OdometryBuffer buffer;
-  for (const Micros t : times_us) buffer.add({t, poseAt(static_cast<double>(t), 0)});
+  for (const Micros t : times_us) {
+    buffer.add({t, poseAt(static_cast<double>(t), 0)});
+  }
   return buffer;
 }
 
@@ -89,7 +91,9 @@ TEST(OdometryBuffer, LongGapsAreNotBridged) {
 
 TEST(OdometryBuffer, WhenFullTheOldestGoes) {
   OdometryBuffer buffer(3);
-  for (const Micros t : {1, 2, 3, 4}) buffer.add({t, Pose::Identity()});
+  for (const Micros t : {1, 2, 3, 4}) {
+    buffer.add({t, Pose::Identity()});
+  }
   EXPECT_EQ(buffer.size(), 3u);
   EXPECT_FALSE(buffer.at(1));
   EXPECT_TRUE(buffer.at(2));

@@ -43,9 +43,13 @@ Agreement compare(const Scene& scene, const CameraModel& camera) {
   const Scan cloud = see(scene, lidar_grid, lidar.errors), image = see(scene, camera_grid, camera.errors);
   Agreement agreement;
   for (std::size_t i = 0; i < lidar_grid.size(); ++i) {
-    if (cloud.range[i] <= 0) continue;
+    if (cloud.range[i] <= 0) {
+      continue;
+    }
     const auto pixel = project(camera, static_cast<double>(cloud.range[i]) * lidar_grid.directions[i]);
-    if (!pixel || pixel->x < 1 || pixel->y < 1 || pixel->x > camera.width - 2 || pixel->y > camera.height - 2) continue;
+    if (!pixel || pixel->x < 1 || pixel->y < 1 || pixel->x > camera.width - 2 || pixel->y > camera.height - 2) {
+      continue;
+    }
     const std::int32_t object = image.object[camera_grid.at(pixel->x, pixel->y)];
     bool is_inside = true;
     for (int k = 0; k < 9; ++k) {
@@ -117,7 +121,9 @@ TEST(Camera, DepthImageUnprojectsOntoTheSurfaces) {
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       const auto depth_mm = image.depth_mm[image.at(x, y)];
-      if (depth_mm == 0) continue;
+      if (depth_mm == 0) {
+        continue;
+      }
       ++measured;
       EXPECT_NEAR(unproject(camera, {x, y}, depth_mm / 1000.0).z(), -1.0, 6e-4);
     }
@@ -143,7 +149,9 @@ std::vector<double> numbersOf(const std::string& text, const std::string& key) {
     std::replace_if(
         line.begin(), line.end(), [](char c) { return c == '[' || c == ']' || c == ','; }, ' ');
     std::istringstream in(line);
-    for (double value = 0; in >> value;) numbers.push_back(value);
+    for (double value = 0; in >> value;) {
+      numbers.push_back(value);
+    }
   }
   return numbers;
 }

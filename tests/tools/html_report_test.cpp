@@ -47,7 +47,9 @@ nlohmann::json dataOf(const std::string& page) {
 
 nlohmann::json find(const nlohmann::json& list, int id) {
   for (const auto& entry : list) {
-    if (entry["id"] == id) return entry;
+    if (entry["id"] == id) {
+      return entry;
+    }
   }
   return {};
 }

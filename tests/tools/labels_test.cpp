@@ -31,7 +31,9 @@ struct Stripes {
       addObject(world, {.label = label, .thing = i > 0, .confused_with = confused_with, .name = ""}, {});
     }
     for (int y = 0; y < kSize; ++y) {
-      for (int x = 0; x < kSize; ++x) scan.object[grid.at(x, y)] = x / kStripe;
+      for (int x = 0; x < kSize; ++x) {
+        scan.object[grid.at(x, y)] = x / kStripe;
+      }
     }
   }
 
@@ -69,7 +71,9 @@ TEST(Labels, SpeckleAndUnknownComeAtTheirRates) {
   for (std::size_t frame = 0; frame < 10; ++frame) {
     const LabelImage image = stripes.label(errors, frame);
     for (std::size_t i = 0; i < image.labels.size(); ++i, ++n) {
-      if (image.labels[i] == stripes.truth(i)) continue;
+      if (image.labels[i] == stripes.truth(i)) {
+        continue;
+      }
       (image.labels[i] == 0 ? unknown : speckle) += 1;
       drawn.insert(image.labels[i]);
     }
@@ -94,10 +98,14 @@ TEST(Labels, BordersBleedAtTheirRateInClumps) {
         const bool wrong = image.labels[i] != stripes.truth(i);
         ASSERT_TRUE(is_border || !wrong);
         border += is_border, bled += wrong;
-        if (!is_border) continue;
+        if (!is_border) {
+          continue;
+        }
         const int side = within < 2 ? -kStripe : kStripe;
         ASSERT_TRUE(!wrong || image.labels[i] == stripes.truth(stripes.grid.at(x + side, y)));
-        if (y % 4 < 3 && wrong) pairs += 1, same += image.labels[stripes.grid.at(x, y + 1)] == image.labels[i];
+        if (y % 4 < 3 && wrong) {
+          pairs += 1, same += image.labels[stripes.grid.at(x, y + 1)] == image.labels[i];
+        }
       }
     }
   }
@@ -121,7 +129,9 @@ TEST(Labels, ConfusionAndMissesComeAtTheirRates) {
   double confused = 0, missed = 0;
   constexpr int kFrames = 500;
   for (std::size_t frame = 0; frame < kFrames; ++frame) {
-    for (const ClassId label : objectLabels(world, errors, 1, frame)) confused += label == 18, missed += label == 0;
+    for (const ClassId label : objectLabels(world, errors, 1, frame)) {
+      confused += label == 18, missed += label == 0;
+    }
   }
   const double pairs = 400.0 * kFrames, stretches = pairs / 10;
   EXPECT_NEAR(confused / pairs, 0.1, bound(0.1, stretches));
@@ -137,7 +147,9 @@ TEST(Labels, ConfusionLastsForAStretch) {
   for (std::size_t frame = 1; frame < 200; ++frame) {
     const auto labels = objectLabels(world, errors, 3, frame);
     for (std::size_t i = 0; i < 100; ++i) {
-      if (labels[i] == before[i]) continue;
+      if (labels[i] == before[i]) {
+        continue;
+      }
       if (since[i] > 0) {
         EXPECT_EQ((frame - since[i]) % 12, 0u);
       }

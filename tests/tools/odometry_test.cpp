@@ -9,7 +9,9 @@ namespace {
 
 std::vector<Pose> straight(std::size_t steps, double step = 1.0) {
   std::vector<Pose> poses(steps + 1, Pose::Identity());
-  for (std::size_t i = 0; i <= steps; ++i) poses[i].translation().x() = step * static_cast<double>(i);
+  for (std::size_t i = 0; i <= steps; ++i) {
+    poses[i].translation().x() = step * static_cast<double>(i);
+  }
   return poses;
 }
 
@@ -51,7 +53,9 @@ TEST(Odometry, TrueOdometryIsTheTruth) {
   const auto truth = laps();
   const auto odometry = disturbOdometry(truth, *odometryPreset("true"), 1);
   ASSERT_EQ(odometry.size(), truth.size());
-  for (std::size_t i = 0; i < truth.size(); ++i) ASSERT_TRUE(odometry[i].isApprox(truth[i], 1e-9));
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    ASSERT_TRUE(odometry[i].isApprox(truth[i], 1e-9));
+  }
 }
 
 TEST(Odometry, PresetsDriftAsPromised) {
@@ -69,7 +73,9 @@ TEST(Odometry, PresetsDriftAsPromised) {
 
 TEST(Odometry, EveryPresetThatIsNamedIsKnown) {
   EXPECT_EQ(odometryPresetNames().size(), 4u);
-  for (const std::string& name : odometryPresetNames()) EXPECT_TRUE(odometryPreset(name)) << name;
+  for (const std::string& name : odometryPresetNames()) {
+    EXPECT_TRUE(odometryPreset(name)) << name;
+  }
   EXPECT_FALSE(odometryPreset("superb"));
 }
 
@@ -126,7 +132,9 @@ TEST(Odometry, JumpsComeAtTheirRate) {
 
 TEST(Odometry, MissingSamplesComeAtTheirRateButNeverFirstOrLast) {
   int missing = 0;
-  for (std::size_t i = 0; i < 5000; ++i) missing += isOdometryMissing({.dropout = 0.1}, 3, i, 5000);
+  for (std::size_t i = 0; i < 5000; ++i) {
+    missing += isOdometryMissing({.dropout = 0.1}, 3, i, 5000);
+  }
   EXPECT_NEAR(missing, 500, 4 * std::sqrt(450.0));
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     EXPECT_FALSE(isOdometryMissing({.dropout = 1.0}, seed, 0, 10));

@@ -83,8 +83,9 @@ TEST(Sensor, DepthNoiseGrowsWithTheSquareOfTheRange) {
     double squares = 0;
     const Scan scan = scanOf(scene, lidar);
     const RayGrid grid = lidarGrid(lidar);
-    for (std::size_t i = 0; i < grid.size(); ++i)
+    for (std::size_t i = 0; i < grid.size(); ++i) {
       squares += std::pow(scan.range[i] - distance / grid.directions[i].x(), 2);
+    }
     const double expected = 0.001 + 0.002 * distance * distance;
     EXPECT_NEAR(std::sqrt(squares / static_cast<double>(grid.size())), expected, 0.03 * expected);
   }
@@ -197,8 +198,9 @@ TEST(Sensor, AColumnIsNextToTheLastOnlyOnAFullTurn) {
   EXPECT_TRUE(lidarGrid(spinningLidar(16, false)).wraps);
   const RayGrid solid = lidarGrid(solidStateLidar(false));
   EXPECT_FALSE(solid.wraps);
-  for (const Vec3& d : solid.directions)
+  for (const Vec3& d : solid.directions) {
     EXPECT_GT(d.x(), std::cos(60.01 * M_PI / 180) * std::cos(13.0 * M_PI / 180) - 0.02);
+  }
 }
 
 TEST(Sensor, ThreadsChangeNothing) {
@@ -234,7 +236,9 @@ TEST(Sensor, MotionDistortionUndoneByTrueMotionLiesOnTheSurfaces) {
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const std::size_t i = grid.at(x, y);
-      if (scan.range[i] <= 0) continue;
+      if (scan.range[i] <= 0) {
+        continue;
+      }
       const Vec3 p_body = static_cast<double>(scan.range[i]) * grid.directions[i];
       const auto offSurface = [&](const Pose& T) {
         const Vec3 p = T * p_body;

@@ -73,8 +73,9 @@ TEST(SimOptions, ARateOnPerfectLabelsHasAnExtent) {
 TEST(SimOptions, APathsOwnOdometryIsTakenUnlessAPresetIsGiven) {
   const Scratch scratch;
   std::vector<Pose> poses(30, Pose::Identity());
-  for (std::size_t i = 0; i < poses.size(); ++i)
+  for (std::size_t i = 0; i < poses.size(); ++i) {
     poses[i].translation().z() = static_cast<double>(i);  // camera: forward
+  }
   ASSERT_EQ(writePoses(poses, scratch / "gt.txt"), "");
   SimArguments arguments;
   arguments.path = {(scratch / "gt.txt").string(), (scratch / "gt.txt").string()};
@@ -109,7 +110,9 @@ TEST(SimOptions, WhatWouldDoNothingIsRefused) {
 TEST(SimOptions, APathHasAsManyFramesAsPoses) {
   const Scratch scratch;
   std::vector<Pose> poses(30, Pose::Identity());
-  for (std::size_t i = 0; i < poses.size(); ++i) poses[i].translation().z() = static_cast<double>(i);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i].translation().z() = static_cast<double>(i);
+  }
   ASSERT_EQ(writePoses(poses, scratch / "gt.txt"), "");
   SimArguments arguments;
   arguments.path = {(scratch / "gt.txt").string(), (scratch / "gt.txt").string()};

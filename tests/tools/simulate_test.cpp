@@ -37,7 +37,9 @@ CameraModel small(CameraModel camera) {
 
 SimOptions smallRig() {
   SimOptions options = smallDrive();
-  for (const CameraModel& camera : rigCameras(2)) options.sensors.cameras.push_back(small(camera));
+  for (const CameraModel& camera : rigCameras(2)) {
+    options.sensors.cameras.push_back(small(camera));
+  }
   return options;
 }
 
@@ -60,7 +62,9 @@ std::map<std::string, std::map<Micros, std::vector<std::uint8_t>>> readLog(const
   auto reader = LogReader::open(log.string());
   EXPECT_TRUE(reader) << reader.error;
   std::map<std::string, std::map<Micros, std::vector<std::uint8_t>>> channels;
-  while (auto event = reader->next()) channels[event->channel][event->timestamp_us] = event->data;
+  while (auto event = reader->next()) {
+    channels[event->channel][event->timestamp_us] = event->data;
+  }
   return channels;
 }
 
@@ -83,7 +87,9 @@ std::vector<float> timesOf(const std::vector<std::uint8_t>& message) {
   EXPECT_GT(cloud.decode(message.data(), 0, static_cast<int>(message.size())), 0);
   std::vector<float> times;
   for (const auto& field : cloud.fields) {
-    if (field.name != "time") continue;
+    if (field.name != "time") {
+      continue;
+    }
     for (std::int32_t i = 0; i < cloud.width; ++i) {
       std::memcpy(&times.emplace_back(), cloud.data.data() + i * cloud.point_step + field.offset, sizeof(float));
     }
@@ -102,7 +108,9 @@ void expectTruthOfLog(const std::vector<TruthObject>& truth, const std::vector<S
   for (std::size_t frame = 0; frame < clouds.size(); ++frame) {
     for (std::size_t i = 0; i < clouds[frame].points.size(); ++i) {
       const Point& p = clouds[frame].points[i];
-      if (p.instance == 0) continue;
+      if (p.instance == 0) {
+        continue;
+      }
       points[p.instance].push_back(T_map_body(frame, i) * Vec3(p.x, p.y, p.z));
       seen_in[p.instance].insert(frame);
       labels[p.instance] = p.label;
@@ -156,8 +164,9 @@ TEST(Simulate, TruthOfADistortedLogIsThatOfItsPointsUndistorted) {
   const auto drive = simulate(scene, options, scratch / "log", kQuiet);
   ASSERT_TRUE(drive) << drive.error;
   std::vector<std::vector<float>> times;
-  for (const auto& [utime_us, message] : readChannel(scratch / "log", "LIDAR_SEMANTIC"))
+  for (const auto& [utime_us, message] : readChannel(scratch / "log", "LIDAR_SEMANTIC")) {
     times.push_back(timesOf(message));
+  }
   const Pose T_map_world = scene.T_world_body(0).inverse();
   expectTruthOfLog(drive->objects, semanticClouds(scratch / "log"), [&](std::size_t frame, std::size_t i) {
     EXPECT_LE(times[frame][i], 0.0F);
@@ -201,7 +210,9 @@ TEST(Simulate, InstancesAreOffUnlessAskedFor) {
   const Scratch scratch;
   ASSERT_TRUE(simulate(makeYard(1), smallDrive(), scratch / "log", kQuiet));
   const auto clouds = semanticClouds(scratch / "log");
-  for (const Point& p : clouds.front().points) ASSERT_EQ(p.instance, 0u);
+  for (const Point& p : clouds.front().points) {
+    ASSERT_EQ(p.instance, 0u);
+  }
 }
 
 TEST(Simulate, OdometryIsTheTruthUnlessDisturbed) {
@@ -286,7 +297,9 @@ TEST(Simulate, ARigWritesItsImagesItsCloudAndWhatTheyGiveTogether) {
     std::size_t in_front = 0;
     for (const Point& p : semantic->points) {
       const auto pixel = project(options.sensors.cameras[0], Vec3(p.x, p.y, p.z));
-      if (!pixel) continue;
+      if (!pixel) {
+        continue;
+      }
       ++in_front;
       ASSERT_EQ(p.label, front->labels[front->at(pixel->x, pixel->y)]);
       ASSERT_EQ(p.instance, front->instances[front->at(pixel->x, pixel->y)]);
@@ -310,7 +323,9 @@ TEST(Simulate, ADepthCamerasCloudIsItsDepthAndItsLabels) {
     for (int y = 0; y < depth->height; ++y) {
       for (int x = 0; x < depth->width; ++x) {
         const std::size_t at = depth->at(x, y);
-        if (depth->depth_mm[at] == 0) continue;
+        if (depth->depth_mm[at] == 0) {
+          continue;
+        }
         const Point& p = cloud->points[n++];
         ASSERT_LT(
             (unproject(options.sensors.cameras[0], {x, y}, depth->depth_mm[at] / 1000.0) - Vec3(p.x, p.y, p.z)).norm(),
@@ -351,15 +366,21 @@ TEST(Simulate, MixedReturnsAreUnknownToPerfectLabelsAndOnNoObject) {
   EXPECT_EQ(unknown("clean"), 0);
   EXPECT_GT(unknown("mixed"), 100);
   double mixed_points = 0, clean_points = 0;
-  for (const auto& object : mixed->objects) mixed_points += object.belief.kappa;
-  for (const auto& object : clean->objects) clean_points += object.belief.kappa;
+  for (const auto& object : mixed->objects) {
+    mixed_points += object.belief.kappa;
+  }
+  for (const auto& object : clean->objects) {
+    clean_points += object.belief.kappa;
+  }
   EXPECT_LT(mixed_points, clean_points);
 }
 
 /// Objects of the reference cloud, by their number of points.
 std::map<std::uint32_t, int> pointsInCloud(const WorldTruth& truth) {
   std::map<std::uint32_t, int> points;
-  for (const CloudPoint& p : truth.cloud) ++points[p.object];
+  for (const CloudPoint& p : truth.cloud) {
+    ++points[p.object];
+  }
   return points;
 }
 

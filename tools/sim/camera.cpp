@@ -69,17 +69,23 @@ RayGrid cameraGrid(const CameraModel& camera) {
   grid.pitch_x_deg = std::atan(1.0 / camera.fx) / kDegree, grid.pitch_y_deg = std::atan(1.0 / camera.fy) / kDegree;
   grid.T_body_sensor = camera.T_body_camera;
   for (int y = 0; y < grid.height; ++y) {
-    for (int x = 0; x < grid.width; ++x) grid.directions.push_back(pixelRay(camera, x, y).normalized());
+    for (int x = 0; x < grid.width; ++x) {
+      grid.directions.push_back(pixelRay(camera, x, y).normalized());
+    }
   }
   return grid;
 }
 
 std::optional<Pixel> project(const CameraModel& camera, const Vec3& p_body) {
   const Vec3 p = camera.T_body_camera.inverse() * p_body;
-  if (p.z() <= 0) return std::nullopt;
+  if (p.z() <= 0) {
+    return std::nullopt;
+  }
   const double x = std::round(camera.fx * p.x() / p.z() + camera.cx);
   const double y = std::round(camera.fy * p.y() / p.z() + camera.cy);
-  if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return std::nullopt;
+  if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) {
+    return std::nullopt;
+  }
   return Pixel{static_cast<int>(x), static_cast<int>(y)};
 }
 
@@ -105,10 +111,14 @@ std::string writeRig(const std::vector<CameraModel>& cameras, const std::string&
   for (const CameraModel& camera : cameras) {
     out << "\n[[camera]]\nname = \"" << camera.name << "\"\nlabels = \"CAMERA_LABELS_" << camera.name
         << "\"  # [channel] hgg.label_image_t\n";
-    if (camera.depth) out << "depth = \"DEPTH_" << camera.name << "\"  # [channel] bot_core.image_t, mm\n";
+    if (camera.depth) {
+      out << "depth = \"DEPTH_" << camera.name << "\"  # [channel] bot_core.image_t, mm\n";
+    }
     out << "width = " << camera.width << "  # [pixel]\nheight = " << camera.height << "\nfx = " << camera.fx
         << "\nfy = " << camera.fy << "\ncx = " << camera.cx << "\ncy = " << camera.cy << "\nT_body_camera = [";
-    for (int i = 0; i < 12; ++i) out << (i == 0 ? "" : ", ") << camera.T_body_camera.matrix()(i / 4, i % 4) + 0.0;
+    for (int i = 0; i < 12; ++i) {
+      out << (i == 0 ? "" : ", ") << camera.T_body_camera.matrix()(i / 4, i % 4) + 0.0;
+    }
     out << "]\n";
   }
   out.close();

@@ -22,7 +22,9 @@ std::vector<Offset> neighbours(const RayGrid& grid, double reach_deg) {
   for (int y = -reach_y; y <= reach_y; ++y) {
     for (int x = -reach_x; x <= reach_x; ++x) {
       const double angle_deg = std::hypot(x * grid.pitch_x_deg, y * grid.pitch_y_deg);
-      if ((x != 0 || y != 0) && angle_deg <= reach_deg) offsets.push_back({x, y, angle_deg});
+      if ((x != 0 || y != 0) && angle_deg <= reach_deg) {
+        offsets.push_back({x, y, angle_deg});
+      }
     }
   }
   std::stable_sort(offsets.begin(), offsets.end(),
@@ -35,9 +37,13 @@ std::int32_t objectBeside(const RayGrid& grid, const Scan& scan, const std::vect
   const std::int32_t own = scan.object[grid.at(x, y)];
   for (const Offset& offset : offsets) {
     const int nx = grid.wraps ? (x + offset.x + grid.width) % grid.width : x + offset.x, ny = y + offset.y;
-    if (nx < 0 || nx >= grid.width || ny < 0 || ny >= grid.height) continue;
+    if (nx < 0 || nx >= grid.width || ny < 0 || ny >= grid.height) {
+      continue;
+    }
     const std::int32_t other = scan.object[grid.at(nx, ny)];
-    if (other >= 0 && other != own) return other;
+    if (other >= 0 && other != own) {
+      return other;
+    }
   }
   return -1;
 }
@@ -48,7 +54,9 @@ ClassId otherClass(const std::vector<ClassId>& palette, ClassId label, double u)
       static_cast<double>(palette.size() - static_cast<std::size_t>(std::count(palette.begin(), palette.end(), label)));
   auto left = static_cast<std::size_t>(u * count);
   for (const ClassId other : palette) {
-    if (other != label && left-- == 0) return other;
+    if (other != label && left-- == 0) {
+      return other;
+    }
   }
   return kUnknown;
 }
@@ -80,7 +88,9 @@ struct Painter {
 
   void paint(LabelImage& image, int x, int y) const {
     const std::size_t i = grid.at(x, y);
-    if (scan.object[i] < 0) return;
+    if (scan.object[i] < 0) {
+      return;
+    }
     const LabelErrors& errors = segmentation.errors;
     const WorldObject& object = segmentation.world->objects[static_cast<std::size_t>(source(x, y))];
     const ClassId truth = segmentation.world->objects[static_cast<std::size_t>(scan.object[i])].label;
@@ -101,7 +111,9 @@ struct Painter {
 
 std::optional<LabelErrors> labelPreset(const std::string& name, Segmented what) {
   const bool image = what == Segmented::kImage;
-  if (name == "perfect") return LabelErrors{};
+  if (name == "perfect") {
+    return LabelErrors{};
+  }
   if (name == "good") {
     return LabelErrors{.speckle = 0.01,
                        .unknown = 0.01,
@@ -143,7 +155,9 @@ std::vector<ClassId> objectLabels(const World& world, const LabelErrors& errors,
 
 std::vector<ClassId> worldLabels(const World& world) {
   std::vector<ClassId> labels;
-  for (const WorldObject& object : world.objects) labels.push_back(object.label);
+  for (const WorldObject& object : world.objects) {
+    labels.push_back(object.label);
+  }
   std::sort(labels.begin(), labels.end());
   labels.erase(std::unique(labels.begin(), labels.end()), labels.end());
   return labels;
@@ -154,11 +168,15 @@ LabelImage segment(const Segmentation& segmentation, const RayGrid& grid, const 
   LabelImage image;
   image.width = grid.width, image.height = grid.height;
   image.labels.assign(grid.size(), kUnknown);
-  if (segmentation.instances) image.instances.assign(grid.size(), 0);
+  if (segmentation.instances) {
+    image.instances.assign(grid.size(), 0);
+  }
   image.confidence.assign(grid.size(), 0);
   const Painter painter{segmentation, grid, scan, object_labels, key, neighbours(grid, segmentation.errors.bleed_deg)};
   parallelFor(grid.height, threads, [&](int y) {
-    for (int x = 0; x < grid.width; ++x) painter.paint(image, x, y);
+    for (int x = 0; x < grid.width; ++x) {
+      painter.paint(image, x, y);
+    }
   });
   return image;
 }

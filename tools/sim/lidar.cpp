@@ -21,7 +21,9 @@ LidarModel spinningLidar(int beams, bool indoor) {
   } else if (beams > 64) {
     lidar.elevation_min_deg = -25.0, lidar.elevation_max_deg = 15.0;
   }
-  if (indoor) lidar.errors.range_min = kIndoorRangeMin;
+  if (indoor) {
+    lidar.errors.range_min = kIndoorRangeMin;
+  }
   return lidar;
 }
 
@@ -30,7 +32,9 @@ LidarModel solidStateLidar(bool indoor) {
   lidar.beams = 100, lidar.columns = 480;
   lidar.field_of_view_deg = 120.0;
   lidar.elevation_min_deg = -12.5, lidar.elevation_max_deg = 12.5;
-  if (indoor) lidar.errors.range_min = kIndoorRangeMin;
+  if (indoor) {
+    lidar.errors.range_min = kIndoorRangeMin;
+  }
   return lidar;
 }
 

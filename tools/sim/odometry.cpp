@@ -73,7 +73,9 @@ const std::vector<std::string>& odometryPresetNames() {
 }
 
 std::optional<OdometryErrors> odometryPreset(const std::string& name) {
-  if (name == "true") return OdometryErrors{};
+  if (name == "true") {
+    return OdometryErrors{};
+  }
   if (name == "excellent") {
     return OdometryErrors{
         .scale = 0.0015, .yaw_deg_per_m = 0.001, .noise = 0.003, .yaw_noise_deg = 0.005, .tilt_noise_deg = 0.002};

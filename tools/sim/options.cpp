@@ -9,12 +9,24 @@ constexpr double kGait_deg = 1.5;
 constexpr int kRigCameras = 3;
 
 std::optional<SensorSuite> suiteOf(const std::string& name, int cameras, bool indoor) {
-  if (name == "lidar16") return SensorSuite{spinningLidar(16, indoor), {}};
-  if (name == "lidar64") return SensorSuite{spinningLidar(64, indoor), {}};
-  if (name == "lidar128") return SensorSuite{spinningLidar(128, indoor), {}};
-  if (name == "solid") return SensorSuite{solidStateLidar(indoor), {}};
-  if (name == "rgbd") return SensorSuite{std::nullopt, {depthCamera()}};
-  if (name == "rig") return SensorSuite{spinningLidar(64, indoor), rigCameras(cameras)};
+  if (name == "lidar16") {
+    return SensorSuite{spinningLidar(16, indoor), {}};
+  }
+  if (name == "lidar64") {
+    return SensorSuite{spinningLidar(64, indoor), {}};
+  }
+  if (name == "lidar128") {
+    return SensorSuite{spinningLidar(128, indoor), {}};
+  }
+  if (name == "solid") {
+    return SensorSuite{solidStateLidar(indoor), {}};
+  }
+  if (name == "rgbd") {
+    return SensorSuite{std::nullopt, {depthCamera()}};
+  }
+  if (name == "rig") {
+    return SensorSuite{spinningLidar(64, indoor), rigCameras(cameras)};
+  }
   return std::nullopt;
 }
 
@@ -26,27 +38,37 @@ void overrideLabels(LabelErrors& errors, const SimArguments& arguments, Segmente
   errors.missed = arguments.missed.value_or(errors.missed);
   // A rate on top of perfect labels takes its extent from good ones.
   const LabelErrors good = *labelPreset("good", what);
-  if (errors.bleed_deg == 0) errors.bleed_deg = good.bleed_deg;
-  if (errors.stretch_frames == 1) errors.stretch_frames = good.stretch_frames;
+  if (errors.bleed_deg == 0) {
+    errors.bleed_deg = good.bleed_deg;
+  }
+  if (errors.stretch_frames == 1) {
+    errors.stretch_frames = good.stretch_frames;
+  }
 }
 
 void overrideRanges(RangeErrors& errors, const SimArguments& arguments) {
   errors.noise = arguments.range_noise.value_or(errors.noise);
-  if (arguments.range_noise) errors.noise_per_m2 = 0;
+  if (arguments.range_noise) {
+    errors.noise_per_m2 = 0;
+  }
   errors.dropout = arguments.dropout.value_or(errors.dropout);
 }
 
 Result<std::optional<OdometryErrors>> odometryErrors(const SimArguments& arguments, const Scene& scene) {
   using Errors = Result<std::optional<OdometryErrors>>;
   const bool disturbed = arguments.odometry_dropout > 0 || arguments.odometry_jumps > 0;
-  if (!arguments.odometry && scene.T_odom_body && !disturbed) return Errors::ok(std::nullopt);
+  if (!arguments.odometry && scene.T_odom_body && !disturbed) {
+    return Errors::ok(std::nullopt);
+  }
   if (!arguments.odometry && scene.T_odom_body) {
     return Errors::fail("--path brings its own odometry: give --odometry PRESET to disturb the true poses instead");
   }
   auto errors = odometryPreset(arguments.odometry.value_or("good"));
   if (!errors) {
     std::string names;
-    for (const std::string& name : odometryPresetNames()) names += " " + name;
+    for (const std::string& name : odometryPresetNames()) {
+      names += " " + name;
+    }
     return Errors::fail("--odometry " + *arguments.odometry + ": try one of" + names);
   }
   errors->dropout = arguments.odometry_dropout;
@@ -57,11 +79,15 @@ Result<std::optional<OdometryErrors>> odometryErrors(const SimArguments& argumen
 /// What was asked for and would do nothing; empty when there is nothing of the kind.
 std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sensors, const Scene& scene) {
   const SimOptions& options = arguments.options;
-  if (arguments.cameras && arguments.sensor != "rig") return "--cameras needs --sensor rig";
+  if (arguments.cameras && arguments.sensor != "rig") {
+    return "--cameras needs --sensor rig";
+  }
   if (!options.semantic_cloud && sensors.cameras.empty()) {
     return "--no-semantic needs cameras (--sensor rgbd or rig): without them there is no other cloud";
   }
-  if (options.motion_distortion && !sensors.lidar) return "--motion-distortion needs a LiDAR: cameras take all at once";
+  if (options.motion_distortion && !sensors.lidar) {
+    return "--motion-distortion needs a LiDAR: cameras take all at once";
+  }
   SimOptions whole = options;
   whole.frames = 0;
   if (!arguments.path.empty() && options.frames > frameCount(scene, whole)) {
@@ -90,9 +116,13 @@ Result<Scene> sceneOf(const SimArguments& arguments) {
                  : Result<Scene>::fail("there is no world \"" + arguments.world + "\": hgg-sim --list names them");
   }
   const auto truth = readPoses(arguments.path[0]);
-  if (!truth) return Result<Scene>::fail(truth.error);
+  if (!truth) {
+    return Result<Scene>::fail(truth.error);
+  }
   const auto odometry = readPoses(arguments.path[1]);
-  if (!odometry) return Result<Scene>::fail(odometry.error);
+  if (!odometry) {
+    return Result<Scene>::fail(odometry.error);
+  }
   if (truth->size() != odometry->size() || truth->size() < 2) {
     return Result<Scene>::fail("--path needs two files with the same number of poses, at least 2: " +
                                std::to_string(truth->size()) + " and " + std::to_string(odometry->size()));
@@ -105,13 +135,21 @@ Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene)
   SimOptions options = arguments.options;
   options.seed = arguments.noise_seed.value_or(options.seed);
   const auto suite = suiteOf(arguments.sensor, arguments.cameras.value_or(kRigCameras), scene.label_space == "indoor");
-  if (!suite) return Options::fail("there is no sensor \"" + arguments.sensor + "\": hgg-sim --list names them");
+  if (!suite) {
+    return Options::fail("there is no sensor \"" + arguments.sensor + "\": hgg-sim --list names them");
+  }
   const std::string unused = unusedArgument(arguments, *suite, scene);
-  if (!unused.empty()) return Options::fail(unused);
+  if (!unused.empty()) {
+    return Options::fail(unused);
+  }
   options.sensors = *suite;
-  if (options.sensors.lidar) overrideRanges(options.sensors.lidar->errors, arguments);
+  if (options.sensors.lidar) {
+    overrideRanges(options.sensors.lidar->errors, arguments);
+  }
   for (CameraModel& camera : options.sensors.cameras) {
-    if (camera.depth) overrideRanges(camera.errors, arguments);
+    if (camera.depth) {
+      overrideRanges(camera.errors, arguments);
+    }
   }
   const auto cloud_labels = labelPreset(arguments.labels, Segmented::kCloud);
   const auto image_labels = labelPreset(arguments.labels, Segmented::kImage);
@@ -122,7 +160,9 @@ Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene)
   overrideLabels(options.cloud_labels, arguments, Segmented::kCloud);
   overrideLabels(options.image_labels, arguments, Segmented::kImage);
   const auto odometry = odometryErrors(arguments, scene);
-  if (!odometry) return Options::fail(odometry.error);
+  if (!odometry) {
+    return Options::fail(odometry.error);
+  }
   options.odometry = *odometry;
   options.gait_deg = arguments.gait ? kGait_deg : 0.0;
   return Options::ok(options);

@@ -49,9 +49,13 @@ std::optional<Echo> findEcho(const RayCaster& caster, const World& world, const 
     const auto hit = caster.cast(rest);
     const double next = hit ? at + hit->range : kInfinity;
     const double through_leaves = std::max(std::min(next, leaves_until) - at, 0.0);
-    if (leaves_left < through_leaves) return Echo{at + leaves_left, leaves_object, 1.0};
+    if (leaves_left < through_leaves) {
+      return Echo{at + leaves_left, leaves_object, 1.0};
+    }
     leaves_left -= through_leaves;
-    if (!hit) return std::nullopt;
+    if (!hit) {
+      return std::nullopt;
+    }
     if (foliage_depth <= 0 || !world.objects[hit->object].foliage) {
       return Echo{next, hit->object, std::abs(hit->normal.dot(ray.direction))};
     }
@@ -73,7 +77,9 @@ bool isLost(const Echo& echo, const RangeErrors& errors, const RayNoise& noise) 
 void castInto(Scan& scan, std::size_t i, const RayCaster& caster, const World& world, const Ray& ray,
               const RangeErrors& errors, const RayNoise& noise) {
   const auto echo = findEcho(caster, world, ray, errors.foliage_depth, noise);
-  if (!echo) return;
+  if (!echo) {
+    return;
+  }
   scan.object[i] = static_cast<std::int32_t>(echo->object);
   scan.range[i] = isLost(*echo, errors, noise) ? 0.0F : static_cast<float>(echo->range);
 }
@@ -84,9 +90,13 @@ float acrossEdge(const RayGrid& grid, const std::vector<float>& ranges, int x, i
   float across = own;
   for (const auto& [dx, dy] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
     const int nx = grid.wraps ? (x + dx + grid.width) % grid.width : x + dx, ny = y + dy;
-    if (nx < 0 || nx >= grid.width || ny < 0 || ny >= grid.height) continue;
+    if (nx < 0 || nx >= grid.width || ny < 0 || ny >= grid.height) {
+      continue;
+    }
     const float range = ranges[grid.at(nx, ny)];
-    if (range > 0 && std::abs(range - own) > std::abs(across - own)) across = range;
+    if (range > 0 && std::abs(range - own) > std::abs(across - own)) {
+      across = range;
+    }
   }
   return across;
 }
@@ -94,7 +104,9 @@ float acrossEdge(const RayGrid& grid, const std::vector<float>& ranges, int x, i
 void addRangeErrors(Scan& scan, const std::vector<float>& truth, const RayGrid& grid, const RangeErrors& errors, int x,
                     int y, const RandomKey& key) {
   const std::size_t i = grid.at(x, y);
-  if (truth[i] <= 0) return;
+  if (truth[i] <= 0) {
+    return;
+  }
   const RayNoise noise(key, i);
   double range = truth[i];
   const double across = acrossEdge(grid, truth, x, y);
@@ -134,7 +146,9 @@ Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const R
   }
   const std::vector<float> truth = scan.range;
   parallelFor(grid.height, threads, [&](int y) {
-    for (int x = 0; x < grid.width; ++x) addRangeErrors(scan, truth, grid, errors, x, y, key);
+    for (int x = 0; x < grid.width; ++x) {
+      addRangeErrors(scan, truth, grid, errors, x, y, key);
+    }
   });
   return scan;
 }
@@ -142,10 +156,14 @@ Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const R
 void parallelFor(int count, int threads, const std::function<void(int)>& work) {
   std::atomic<int> next = 0;
   const auto run = [&] {
-    for (int i = next++; i < count; i = next++) work(i);
+    for (int i = next++; i < count; i = next++) {
+      work(i);
+    }
   };
   std::vector<std::jthread> helpers;
-  for (int i = 1; i < std::min(threads, count); ++i) helpers.emplace_back(run);
+  for (int i = 1; i < std::min(threads, count); ++i) {
+    helpers.emplace_back(run);
+  }
   run();
 }
 

@@ -51,8 +51,12 @@ struct Drive {
 
 Drive makeDrive(const Scene& scene, const SimOptions& options) {
   Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}};
-  for (int i = 0; i < frameCount(scene, options); ++i) drive.times.push_back(i / options.rate_hz);
-  if (options.sensors.lidar) drive.lidar = lidarGrid(*options.sensors.lidar);
+  for (int i = 0; i < frameCount(scene, options); ++i) {
+    drive.times.push_back(i / options.rate_hz);
+  }
+  if (options.sensors.lidar) {
+    drive.lidar = lidarGrid(*options.sensors.lidar);
+  }
   for (const CameraModel& camera : options.sensors.cameras) {
     drive.eyes.push_back({&camera, cameraGrid(camera), {}, {}, {}});
   }
@@ -65,14 +69,20 @@ Drive makeDrive(const Scene& scene, const SimOptions& options) {
 std::vector<Pose> fromStart(const Trajectory& T_world_body, const std::vector<double>& times) {
   const Pose T_map_world = T_world_body(times.front()).inverse();
   std::vector<Pose> poses{Pose::Identity()};
-  for (std::size_t i = 1; i < times.size(); ++i) poses.push_back(T_map_world * T_world_body(times[i]));
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    poses.push_back(T_map_world * T_world_body(times[i]));
+  }
   return poses;
 }
 
 std::vector<Pose> odometryOf(const Drive& drive, const std::vector<Pose>& T_map_body) {
   const SimOptions& options = drive.options;
-  if (options.odometry) return disturbOdometry(T_map_body, *options.odometry, options.seed);
-  if (!drive.scene.T_odom_body) return T_map_body;
+  if (options.odometry) {
+    return disturbOdometry(T_map_body, *options.odometry, options.seed);
+  }
+  if (!drive.scene.T_odom_body) {
+    return T_map_body;
+  }
   return fromStart(withGait(drive.scene.T_odom_body, options.gait_deg), drive.times);
 }
 
@@ -87,11 +97,15 @@ void look(Eye& eye, std::size_t camera, const Drive& drive, RayCaster& caster, s
                        objectLabels(world, options.image_labels, options.seed, frame),
                        keyFor(options.seed, Purpose::kPixelLabels, camera + 1, frame), options.threads);
   eye.labels.utime_us = utime_us;
-  if (!eye.model->depth) return;
+  if (!eye.model->depth) {
+    return;
+  }
   eye.depth = depthImage(eye.grid, eye.scan, utime_us);
   // A depth between two surfaces keeps its pixel's label, but is on no object: the truth counts no such points.
   for (std::size_t i = 0; i < eye.labels.instances.size(); ++i) {
-    if (eye.scan.mixed[i]) eye.labels.instances[i] = 0;
+    if (eye.scan.mixed[i]) {
+      eye.labels.instances[i] = 0;
+    }
   }
 }
 
@@ -101,7 +115,9 @@ TrueCloud returnsOf(const RayGrid& grid, const Scan& scan, const Exposure& expos
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
       const std::size_t i = grid.at(x, y);
-      if (scan.range[i] <= 0) continue;
+      if (scan.range[i] <= 0) {
+        continue;
+      }
       const Eigen::Vector3f p = (static_cast<double>(scan.range[i]) * grid.directions[i]).cast<float>();
       cloud.points.push_back({p.x(), p.y(), p.z(), 0, 0});
       cloud.objects.push_back(scan.mixed[i] ? -1 : scan.object[i]);
@@ -122,11 +138,17 @@ void labelCloud(TrueCloud& cloud, const Drive& drive, const Scan& scan, std::siz
               objectLabels(drive.scene.world, options.cloud_labels, options.seed, frame), key, options.threads);
   std::size_t n = 0;
   for (std::size_t i = 0; i < scan.range.size(); ++i) {
-    if (scan.range[i] <= 0) continue;
+    if (scan.range[i] <= 0) {
+      continue;
+    }
     Point& p = cloud.points[n++];
-    if (scan.mixed[i] && uniform(key, 4 * scan.range.size() + i) >= options.cloud_labels.mixed) continue;
+    if (scan.mixed[i] && uniform(key, 4 * scan.range.size() + i) >= options.cloud_labels.mixed) {
+      continue;
+    }
     p.label = labels.labels[i];
-    if (options.instances) p.instance = labels.instances[i];
+    if (options.instances) {
+      p.instance = labels.instances[i];
+    }
   }
 }
 
@@ -140,7 +162,9 @@ std::vector<float> nearestReturns(const CameraModel& camera, const TrueCloud& re
   for (const Point& p : returns.points) {
     const Vec3 p_body(p.x, p.y, p.z);
     const auto pixel = project(camera, p_body);
-    if (!pixel) continue;
+    if (!pixel) {
+      continue;
+    }
     const auto range = static_cast<float>((p_body - camera.T_body_camera.translation()).norm());
     for (int y = std::max(pixel->y - kReach, 0); y <= std::min(pixel->y + kReach, height - 1); ++y) {
       for (int x = std::max(pixel->x - kReach, 0); x <= std::min(pixel->x + kReach, width - 1); ++x) {
@@ -158,7 +182,9 @@ std::optional<std::size_t> visiblePixel(const Eye& eye, const std::vector<float>
   constexpr double kStep = 0.3, kSlope = 0.05;  // m, and per m: surfaces seen at a slant are not hidden by themselves
   const Vec3 p_body(p.x, p.y, p.z);
   const auto pixel = project(*eye.model, p_body);
-  if (!pixel) return std::nullopt;
+  if (!pixel) {
+    return std::nullopt;
+  }
   const std::size_t at = eye.labels.at(pixel->x, pixel->y);
   const double range = (p_body - eye.model->T_body_camera.translation()).norm();
   return range < (1.0 + kSlope) * static_cast<double>(nearest[at]) + kStep ? std::optional(at) : std::nullopt;
@@ -167,18 +193,24 @@ std::optional<std::size_t> visiblePixel(const Eye& eye, const std::vector<float>
 /// Labels the LiDAR's returns through the cameras; those no camera sees for certain are left out.
 TrueCloud labelThroughCameras(const TrueCloud& returns, const std::vector<Eye>& eyes) {
   std::vector<std::vector<float>> nearest;
-  for (const Eye& eye : eyes) nearest.push_back(nearestReturns(*eye.model, returns));
+  for (const Eye& eye : eyes) {
+    nearest.push_back(nearestReturns(*eye.model, returns));
+  }
   TrueCloud cloud;
   for (std::size_t i = 0; i < returns.points.size(); ++i) {
     Point p = returns.points[i];
     for (std::size_t e = 0; e < eyes.size(); ++e) {
       const auto pixel = visiblePixel(eyes[e], nearest[e], p);
-      if (!pixel) continue;
+      if (!pixel) {
+        continue;
+      }
       p.label = eyes[e].labels.labels[*pixel];
       p.instance = eyes[e].labels.instances.empty() ? 0 : eyes[e].labels.instances[*pixel];
       cloud.points.push_back(p);
       cloud.objects.push_back(returns.objects[i]);
-      if (!returns.times.empty()) cloud.times.push_back(returns.times[i]);
+      if (!returns.times.empty()) {
+        cloud.times.push_back(returns.times[i]);
+      }
       break;
     }
   }
@@ -191,7 +223,9 @@ TrueCloud pointsOf(const Eye& eye) {
   for (int y = 0; y < eye.grid.height; ++y) {
     for (int x = 0; x < eye.grid.width; ++x) {
       const std::size_t i = eye.grid.at(x, y);
-      if (eye.depth.depth_mm[i] == 0) continue;
+      if (eye.depth.depth_mm[i] == 0) {
+        continue;
+      }
       const Eigen::Vector3f p = unproject(*eye.model, {x, y}, eye.depth.depth_mm[i] / 1000.0).cast<float>();
       cloud.points.push_back(
           {p.x(), p.y(), p.z(), eye.labels.instances.empty() ? 0 : eye.labels.instances[i], eye.labels.labels[i]});
@@ -209,10 +243,14 @@ struct Sensed {
 
 Sensed sense(Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us) {
   const SimOptions& options = drive.options;
-  for (std::size_t i = 0; i < drive.eyes.size(); ++i) look(drive.eyes[i], i, drive, caster, frame, utime_us);
+  for (std::size_t i = 0; i < drive.eyes.size(); ++i) {
+    look(drive.eyes[i], i, drive, caster, frame, utime_us);
+  }
   Sensed sensed;
   if (!options.sensors.lidar) {
-    if (!drive.eyes.empty() && drive.eyes.front().model->depth) sensed.semantic = pointsOf(drive.eyes.front());
+    if (!drive.eyes.empty() && drive.eyes.front().model->depth) {
+      sensed.semantic = pointsOf(drive.eyes.front());
+    }
     return sensed;
   }
   const Exposure exposure{drive.times[frame], drive.sweep()};
@@ -237,9 +275,13 @@ void accumulate(TruthAccumulator& truth, const Drive& drive, std::size_t frame, 
   float time = 0;
   Pose T_map_point = T_map_body;  // where the body was when the point was measured
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
-    if (cloud.objects[i] < 0) continue;
+    if (cloud.objects[i] < 0) {
+      continue;
+    }
     const WorldObject& object = drive.scene.world.objects[static_cast<std::size_t>(cloud.objects[i])];
-    if (!object.thing) continue;
+    if (!object.thing) {
+      continue;
+    }
     if (!cloud.times.empty() && cloud.times[i] != time) {
       time = cloud.times[i];
       T_map_point = T_map_world * drive.T_world_body(drive.times[frame] + static_cast<double>(time));
@@ -256,7 +298,9 @@ std::string writeImages(LogWriter& log, const std::vector<Eye>& eyes, Micros uti
     if (eye.model->depth && error.empty()) {
       error = log.write("DEPTH_" + name, utime_us, encodeDepthImage(eye.depth));
     }
-    if (error.empty()) error = log.write("CAMERA_LABELS_" + name, utime_us, encodeLabelImage(eye.labels));
+    if (error.empty()) {
+      error = log.write("CAMERA_LABELS_" + name, utime_us, encodeLabelImage(eye.labels));
+    }
   }
   return error;
 }
@@ -291,7 +335,9 @@ bool isOdometryMissing(const Drive& drive, std::size_t frame) {
 }
 
 std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& sensors) {
-  if (sensors.cameras.empty()) return "";
+  if (sensors.cameras.empty()) {
+    return "";
+  }
   return writeRig(sensors.cameras, (log.parent_path() / (log.stem().string() + ".rig.toml")).string());
 }
 
@@ -299,9 +345,13 @@ std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& 
 std::string driveThrough(const Scene& scene, const SimOptions& options, const std::filesystem::path& log,
                          const Progress& progress, DriveTruth& result) {
   auto writer = LogWriter::create(log.string());
-  if (!writer) return writer.error;
+  if (!writer) {
+    return writer.error;
+  }
   Drive drive = makeDrive(scene, options);
-  for (const double time : drive.times) result.T_world_body.push_back(drive.T_world_body(time));
+  for (const double time : drive.times) {
+    result.T_world_body.push_back(drive.T_world_body(time));
+  }
   result.T_map_body = fromStart(drive.T_world_body, drive.times);
   const std::vector<Pose> odometry = odometryOf(drive, result.T_map_body);
   const auto tracks = everyOdometry(result.T_map_body, options.seed);
@@ -313,15 +363,25 @@ std::string driveThrough(const Scene& scene, const SimOptions& options, const st
     const Micros utime_us = kStart_us + std::llround(drive.times[i] * 1e6);
     const Sensed sensed = sense(drive, caster, i, utime_us);
     accumulate(truth, drive, i, sensed.semantic, T_map_world);
-    if (!isOdometryMissing(drive, i)) error = writer->write("POSE_ODOM", utime_us, encodePose(utime_us, odometry[i]));
-    for (const auto& [channel, track] : tracks) {
-      if (error.empty()) error = writer->write(channel, utime_us, encodePose(utime_us, track[i]));
+    if (!isOdometryMissing(drive, i)) {
+      error = writer->write("POSE_ODOM", utime_us, encodePose(utime_us, odometry[i]));
     }
-    if (error.empty()) error = writeImages(*writer, drive.eyes, utime_us);
-    if (error.empty()) error = writeClouds(*writer, drive, sensed, utime_us);
+    for (const auto& [channel, track] : tracks) {
+      if (error.empty()) {
+        error = writer->write(channel, utime_us, encodePose(utime_us, track[i]));
+      }
+    }
+    if (error.empty()) {
+      error = writeImages(*writer, drive.eyes, utime_us);
+    }
+    if (error.empty()) {
+      error = writeClouds(*writer, drive, sensed, utime_us);
+    }
     progress(i + 1, drive.times.size());
   }
-  if (error.empty()) error = writer->close();
+  if (error.empty()) {
+    error = writer->close();
+  }
   result.objects = truth.objects();
   result.end_time = drive.times.back();
   markMotion(result.objects, scene, result.end_time);
@@ -344,13 +404,19 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
   const std::filesystem::path part = unfinished(log);
   DriveTruth result;
   std::string error = driveThrough(scene, options, part, progress, result);
-  if (error.empty()) error = writeRigBeside(log, options.sensors);
+  if (error.empty()) {
+    error = writeRigBeside(log, options.sensors);
+  }
   std::error_code problem;
   if (!error.empty()) {
-    if (part != log) remove(part, problem);
+    if (part != log) {
+      remove(part, problem);
+    }
     return Truth::fail(error);
   }
-  if (part != log) rename(part, log, problem);
+  if (part != log) {
+    rename(part, log, problem);
+  }
   return problem ? Truth::fail("cannot create " + log.string() + ": " + problem.message())
                  : Truth::ok(std::move(result));
 }
@@ -363,7 +429,9 @@ WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int thread
 }
 
 Trajectory withGait(Trajectory T_world_body, double gait_deg) {
-  if (gait_deg == 0) return T_world_body;
+  if (gait_deg == 0) {
+    return T_world_body;
+  }
   return [T_world_body = std::move(T_world_body), gait_deg](double time) {
     constexpr double kStrides = 1.6, kBobPerDegree = 0.01;  // Hz, m
     const double amplitude = gait_deg * kDegree, phase = kTau * kStrides * time;
