@@ -95,7 +95,7 @@ void GraphOfAFrame(benchmark::State& state) {
       const MapNode& node = nodes[static_cast<std::size_t>(k)];
       graph.put(node.id, node.label, node.belief);
     }
-    benchmark::DoNotOptimize(graph.refresh());
+    benchmark::DoNotOptimize(graph.refresh(ObjectGraph::Postponed::kTakeSome));
   }
   state.counters["computed"] =
       static_cast<double>(graph.computations() - before) / static_cast<double>(state.iterations());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include "core/se3.h"
@@ -13,6 +14,9 @@ namespace {
 
 /// Nodes that are merged with what they lie on in one go: a few milliseconds' work.
 constexpr std::size_t kMostMerged = 200;
+/// Pages leave only from this many times the distance at which they are brought back, so that none goes to and fro, and
+/// what the sliding windows still use stays.
+constexpr double kKeepMargin = 1.5;
 
 /// The belief after the map frame's part around it has been moved by a rigid transform.
 PoseBelief moved(const Pose& move, PoseBelief pose) {
@@ -38,9 +42,20 @@ void Corrector::start(const Map& stored) {
   }
 }
 
+/// Farthest that the means of two nodes which become one are apart: things pair within the gate, and the means of a
+/// tile's nodes lie in the tile.
+double Corrector::mergeDistance() const {
+  return std::max(config_.alignment.gate, std::numbers::sqrt3 * config_.creation.tile_size);
+}
+
+/// What a frame, a loop or a merge reads around the robot: a frame's points and the things it may pair with, and the
+/// place that verification compares.
+double Corrector::residentRadius() const {
+  return std::max({config_.map.active_radius, config_.frame.range_max, loops_.placeRadius()}) + mergeDistance();
+}
+
 MapDelta Corrector::bringBackAround(Map& map, const Vec3& p_map) {
-  const double range = std::max(config_.map.active_radius, config_.frame.range_max);
-  MapDelta delta = bringBack(map, pages_, p_map, range + config_.creation.tile_size + config_.alignment.gate);
+  MapDelta delta = bringBack(map, pages_, p_map, residentRadius());
   notePending(delta);
   return delta;
 }
@@ -75,16 +90,10 @@ Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, cons
     refineLeaves(map, local, alignment, correction);
   }
   if (config_.correction.loop_closure) {
-    const auto bring_back = [&](const Vec3& centre, double radius) {
-      const MapDelta delta = bringBack(map, pages_, centre, radius);
-      notePending(delta);
-      correction.delta = joined(std::move(correction.delta), delta);
-    };
-    if (const auto loop = loops_.step(map, bring_back)) {
-      apply(map, *loop, correction);
-    }
+    closeLoop(map, correction);
   }
-  pageOutBeyond(map, pages_, correction.pose.T_map_body.translation(), pending_merges_);
+  const MapDelta left = pageOutBeyond(map, pages_, correction.pose.T_map_body.translation(), pending_merges_);
+  correction.delta = joined(std::move(correction.delta), left);
   frames_ = 0;
   return correction;
 }
@@ -119,6 +128,23 @@ void Corrector::refineLeaves(Map& map, const LocalGraph& local, const Alignment&
   correction.delta = joined(std::move(correction.delta), map.apply(std::move(refined)));
 }
 
+void Corrector::closeLoop(Map& map, Correction& correction) {
+  if (const auto loop = loops_.step(map)) {
+    apply(map, *loop, correction);
+  }
+  if (const auto& keyframe = loops_.picked()) {
+    const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(keyframe->id)].T_map_body;
+    bringBackInto(correction, map, T_map_keyframe.translation(), loops_.placeRadius());
+    loops_.startVerification(map);
+  }
+}
+
+void Corrector::bringBackInto(Correction& correction, Map& map, const Vec3& centre, double radius) {
+  const MapDelta delta = bringBack(map, pages_, centre, radius);
+  notePending(delta);
+  correction.delta = joined(std::move(correction.delta), delta);
+}
+
 void Corrector::apply(Map& map, const MapCorrection& moves, Correction& correction) {
   const Pose T_map_keyframe = map.keyframes().poses().back().T_map_body;
   const MapDelta delta = map.apply(moves);
@@ -145,6 +171,14 @@ void Corrector::mergePending(Map& map, Correction& correction) {
   const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostMerged));
   pending_merges_.assign(rest, waiting.end());
   waiting.erase(rest, waiting.end());
+  if (!map.isWhole()) {
+    for (const NodeId id : waiting) {
+      const MapNode* node = map.find(id);  // what it lies on may be away
+      if (node != nullptr) {
+        bringBackInto(correction, map, Vec3(node->belief.mean), mergeDistance());
+      }
+    }
+  }
   MapUpdate merged = mergeDuplicates(map, waiting, classes_, config_);
   correction.delta = joined(std::move(correction.delta), map.apply(std::move(merged)));
 }

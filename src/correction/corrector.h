@@ -63,6 +63,11 @@ class Corrector {
   void refineLeaves(Map& map, const LocalGraph& local, const Alignment& alignment, Correction& correction);
   /// Applies a correction and merges what it has brought together.
   void apply(Map& map, const MapCorrection& moves, Correction& correction);
+  void closeLoop(Map& map, Correction& correction);
+  /// Brings back what may lie around a place, m, as part of the correction.
+  void bringBackInto(Correction& correction, Map& map, const Vec3& centre, double radius);
+  double mergeDistance() const;   // m
+  double residentRadius() const;  // m
   /// Notes the nodes that `delta` has brought together with others.
   void notePending(const MapDelta& delta);
   /// Merges the first of all that wait.

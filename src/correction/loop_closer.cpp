@@ -129,13 +129,13 @@ void LoopCloser::start(const Map& stored) {
   }
 }
 
-std::optional<MapCorrection> LoopCloser::step(const Map& map, const BringBack& bring_back) {
+std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
   descriptors_.resize(map.keyframes().poses().size());
   descriptors_.back() = describePlace(map, here, config_.descriptor_radius);
   auto correction = isVerificationDue(map) ? finish(map) : std::nullopt;
   if (!correction && !verification_.valid()) {
-    startVerification(map, bring_back);
+    picked_ = findLoopKeyframe(map, descriptors_, config_);
   }
   return correction;
 }
@@ -177,14 +177,13 @@ void LoopCloser::record(const LoopRecord& record) {
   }
 }
 
-void LoopCloser::startVerification(const Map& map, const BringBack& bring_back) {
+void LoopCloser::startVerification(const Map& map) {
+  const auto keyframe = std::exchange(picked_, std::nullopt);
+  if (!keyframe) {
+    return;
+  }
   try {
-    const auto keyframe = findLoopKeyframe(map, descriptors_, config_);
-    if (keyframe && bring_back) {
-      bring_back(map.keyframes().poses()[static_cast<std::size_t>(keyframe->id)].T_map_body.translation(),
-                 config_.place_radius);
-    }
-    if (auto candidate = keyframe ? cutLoopCandidate(map, *keyframe, config_) : std::nullopt) {
+    if (auto candidate = cutLoopCandidate(map, *keyframe, config_)) {
       verification_ = std::async(std::launch::async,
                                  [candidate = std::move(*candidate), graph = map.keyframes(), similar = similar_,
                                   config = config_] { return verifySafely(candidate, graph, similar, config); });

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <future>
 #include <optional>
 #include <string>
@@ -29,9 +28,6 @@ struct LoopRecord {
   std::string reason;
 };
 
-/// Brings what lies within a radius (m) of a place of the map into memory.
-using BringBack = std::function<void(const Vec3& centre, double radius)>;
-
 /// Closes loops: picks a loop candidate at a keyframe, has it verified beside the frame work, and returns a correction
 /// when two verified loops in a row agree. One candidate is verified at a time.
 class LoopCloser {
@@ -44,8 +40,14 @@ class LoopCloser {
   void start(const Map& stored);
   /// Call it once after each new keyframe of `map`. Returns the correction that a verification which is due makes of
   /// the map as it is now: keyframes younger than the candidate move rigidly with the newest one it knew.
-  /// `bring_back` is called for the place of a candidate before it is read: it may be paged out.
-  std::optional<MapCorrection> step(const Map& map, const BringBack& bring_back = {});
+  /// Without one, and when no verification is under way, it picks a keyframe that may close a loop.
+  std::optional<MapCorrection> step(const Map& map);
+  /// The keyframe that step() has picked, whose surroundings startVerification() reads.
+  const std::optional<LoopKeyframe>& picked() const { return picked_; }
+  /// `place_radius` of them, m.
+  double placeRadius() const { return config_.place_radius; }
+  /// Starts verifying what step() has picked, if it has. All of both places must be in memory.
+  void startVerification(const Map& map);
   /// At the end of a drive: waits for the verification that is still running, and returns its correction.
   std::optional<MapCorrection> finish(const Map& map);
 
@@ -67,8 +69,6 @@ class LoopCloser {
                               const std::vector<SimilarClasses>& similar, const LoopConfig& config);
   static Outcome verify(const LoopCandidate& candidate, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
                         const LoopConfig& config);
-  /// Starts the verification of the best candidate, if there is one.
-  void startVerification(const Map& map, const BringBack& bring_back);
   bool isVerificationDue(const Map& map) const;
   void record(const LoopRecord& record);
   /// Whether a verified loop agrees with the one verified before it. If not, it waits for the next one.
@@ -78,6 +78,7 @@ class LoopCloser {
   std::vector<SimilarClasses> similar_;
   LoopTiming timing_;
   std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
+  std::optional<LoopKeyframe> picked_;
   std::future<Outcome> verification_;
   KeyframeId candidate_at_ = -1;               // the newest keyframe when the candidate was picked
   std::optional<BetweenConstraint> previous_;  // verified, and not confirmed by a second one yet

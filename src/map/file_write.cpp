@@ -66,8 +66,8 @@ class Writer {
 
   /// False when a number was not finite: the reader would refuse the file.
   bool finite() const { return finite_; }
-  /// False when the output took no more.
-  bool stored() const { return stored_; }
+  /// False when some of it could not be compressed (no memory).
+  bool packed() const { return packed_; }
 
  private:
   void append(std::string_view bytes) {
@@ -79,14 +79,15 @@ class Writer {
   void flush(std::size_t size) {
     frame_.resize(ZSTD_compressBound(size));
     const std::size_t packed = ZSTD_compress2(context_.get(), frame_.data(), frame_.size(), payload_.data(), size);
-    stored_ = stored_ && output_(std::string_view(frame_).substr(0, packed));
+    packed_ = packed_ && ZSTD_isError(packed) == 0;
+    stored_ = stored_ && packed_ && output_(std::string_view(frame_).substr(0, packed));
     payload_.erase(0, size);
   }
 
   Output output_;
   std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context_;
   std::string payload_, frame_;
-  bool finite_ = true, stored_ = true;
+  bool finite_ = true, packed_ = true, stored_ = true;
 };
 
 void putNode(Writer& w, const MapNode& node) {
@@ -180,7 +181,10 @@ std::string writeDurably(const Map& map, const std::vector<Edge>& edges, const s
     return why.empty();
   });
   putMap(writer, map, edges);
-  if (writer.stored() && !writer.finite()) {
+  if (why.empty() && !writer.packed()) {
+    why = "it cannot be compressed (is there memory left?)";
+  }
+  if (why.empty() && !writer.finite()) {
     why = "it holds numbers that are not finite";
   }
   if (why.empty() && ::fsync(fd) != 0) {
@@ -216,6 +220,9 @@ std::string encodeMap(const StoredMap& stored) { return encode(stored.map, store
 std::string encodeMap(const Map& map) { return encode(map, settledEdges(map)); }
 
 std::string saveMap(const Map& map, const std::string& path) {
+  if (!map.isWhole()) {
+    return fmt::format("{}: not written: parts of the map are not in memory", path);
+  }
   const std::string temporary = fmt::format("{}.{}.tmp", path, ::getpid());
   std::string why = writeDurably(map, settledEdges(map), temporary);
   if (why.empty() && std::rename(temporary.c_str(), path.c_str()) != 0) {

@@ -71,7 +71,8 @@ MapDelta Map::apply(MapUpdate update) {
   for (const NodeId id : delta.changed) {
     enterGraph(*find(id));
   }
-  delta.rewired = graph_.refresh();
+  using Postponed = ObjectGraph::Postponed;
+  delta.rewired = graph_.refresh(update.is_sequel ? Postponed::kLeave : Postponed::kTakeSome);  // once a frame
   std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.changed, id); });
   std::erase_if(delta.reactivated, [&](NodeId id) { return find(id) == nullptr; });
   return delta;
@@ -93,7 +94,7 @@ MapDelta Map::apply(const MapCorrection& correction) {
   if (delta.moved.size() > kMovedAtOnce) {
     graph_.postpone(keyframes_.poses().back().T_map_body.translation());
   } else {
-    delta.rewired = graph_.refresh();
+    delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
     std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.moved, id); });
   }
   if (correction.is_measured) {
@@ -152,43 +153,58 @@ bool Map::moveNode(MapNode& node, const Pose& move) {
   return is_renamed;
 }
 
-MapPage Map::pageOut(KeyframeId id) {
-  MapPage page{id, {}};
-  const Pose& T_map_keyframe = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
-  PagedOut bounds{T_map_keyframe, 0, isActive(id)};
-  std::vector<NodeId> nodes = anchoredTo(id);
-  std::ranges::sort(nodes);
-  for (const NodeId node : nodes) {
-    bounds.radius = std::max(bounds.radius, (find(node)->belief.mean - T_map_keyframe.translation()).norm());
-    page.nodes.push_back(*find(node));
-    erase(node);
-    graph_.remove(node);
+std::vector<MapPage> Map::pageOut(const std::vector<KeyframeId>& ids, MapDelta& delta) {
+  std::vector<MapPage> pages;
+  for (const KeyframeId id : ids) {
+    const Pose& T_map_keyframe = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
+    PagedOut bounds{T_map_keyframe, 0, isActive(id)};
+    MapPage& page = pages.emplace_back(MapPage{id, {}});
+    std::vector<NodeId> nodes = anchoredTo(id);
+    std::ranges::sort(nodes);
+    for (const NodeId node : nodes) {
+      bounds.radius = std::max(bounds.radius, (find(node)->belief.mean - T_map_keyframe.translation()).norm());
+      page.nodes.push_back(*find(node));
+      erase(node);
+      graph_.remove(node);
+    }
+    paged_out_[id] = bounds;
   }
-  graph_.refresh();
-  paged_out_[id] = bounds;
-  return page;
+  delta.revision = revision_;
+  delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
+  return pages;
 }
 
-MapDelta Map::pageIn(MapPage page) {
+MapDelta Map::pageIn(std::vector<MapPage> pages) {
   MapDelta delta;
   delta.revision = revision_;
-  const PagedOut bounds = paged_out_.at(page.keyframe);
-  paged_out_.erase(page.keyframe);
-  const Pose& T_map_keyframe = keyframes_.poses()[static_cast<std::size_t>(page.keyframe)].T_map_body;
-  const bool is_moved = T_map_keyframe.matrix() != bounds.T_map_keyframe.matrix();
-  for (MapNode& node : page.nodes) {
-    const NodeId id = node.id;
-    insert(std::move(node));
-    enterGraph(*find(id));
-    if (!bounds.was_active && isActive(page.keyframe)) {
-      delta.reactivated.push_back(id);
+  for (MapPage& page : pages) {
+    const PagedOut bounds = paged_out_.at(page.keyframe);
+    paged_out_.erase(page.keyframe);
+    for (MapNode& node : page.nodes) {
+      const NodeId id = node.id;
+      insert(std::move(node));
+      enterGraph(*find(id));
+      delta.changed.push_back(id);
+      if (!bounds.was_active && isActive(page.keyframe)) {
+        delta.reactivated.push_back(id);
+      }
+    }
+    const Pose& T_map_keyframe = keyframes_.poses()[static_cast<std::size_t>(page.keyframe)].T_map_body;
+    if (T_map_keyframe.matrix() != bounds.T_map_keyframe.matrix()) {
+      MapDelta moved;
+      moveNodes({{page.keyframe, orthonormalized(T_map_keyframe * bounds.T_map_keyframe.inverse())}}, moved);
     }
   }
-  if (is_moved) {
-    moveNodes({{page.keyframe, orthonormalized(T_map_keyframe * bounds.T_map_keyframe.inverse())}}, delta);
+  std::ranges::sort(delta.changed);
+  std::ranges::sort(delta.reactivated);
+  for (const NodeId id : delta.changed) {
+    const MapNode& node = *find(id);
+    if (node.stuff && tiles_.at({node.label, node.tile}).size() > 1) {
+      delta.colliding.push_back(id);
+    }
   }
-  delta.rewired = graph_.refresh();
-  std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.moved, id); });
+  delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
+  std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.changed, id); });
   return delta;
 }
 
@@ -204,8 +220,8 @@ std::vector<KeyframeId> Map::pagedOutNear(const Vec3& centre, double radius) con
 }
 
 void Map::startAt(KeyframeId id) {
-  MapDelta nobody_has_seen_it_yet;
-  findActive(id, nobody_has_seen_it_yet);
+  MapDelta unpublished;
+  findActive(id, unpublished);
 }
 
 void Map::findActive(KeyframeId from, MapDelta& delta) {
@@ -223,6 +239,9 @@ void Map::findActive(KeyframeId from, MapDelta& delta) {
     }
   }
   std::sort(delta.reactivated.begin(), delta.reactivated.end());
+  for (auto& [id, page] : paged_out_) {
+    page.was_active = page.was_active && isActive(id);  // else it is reactivated when it comes back
+  }
 }
 
 bool Map::isActive(KeyframeId id) const {

@@ -120,11 +120,14 @@ class Map {
 
   /// Ids of the nodes in memory that are anchored to a keyframe, in no particular order.
   const std::vector<NodeId>& anchoredTo(KeyframeId id) const { return anchored_.at(static_cast<std::size_t>(id)); }
-  /// Takes what is anchored to a keyframe out of memory. Edges to it leave the object graph with it.
-  MapPage pageOut(KeyframeId id);
-  /// Puts a page back: its nodes move as far as their keyframe was moved meanwhile. The delta names what has moved, and
-  /// what has to be merged because it lies on something else now or was out of reach before.
-  MapDelta pageIn(MapPage page);
+  /// Takes what is anchored to these keyframes out of memory. Edges to it leave the object graph with it; the delta
+  /// names the nodes whose edges that has changed.
+  std::vector<MapPage> pageOut(const std::vector<KeyframeId>& ids, MapDelta& delta);
+  /// Puts pages back: their nodes move as far as their keyframes were moved meanwhile. The delta names the nodes as
+  /// changed, and what has to be merged because it lies on something else or was not active in between.
+  MapDelta pageIn(std::vector<MapPage> pages);
+  /// False while some of it is paged out.
+  bool isWhole() const { return paged_out_.empty(); }
   /// Keyframes that are paged out and may have a node within `radius` (m) of `centre`, ascending.
   std::vector<KeyframeId> pagedOutNear(const Vec3& centre, double radius) const;
 
@@ -150,7 +153,8 @@ class Map {
     auto operator<=>(const TileKey&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
-  /// Where a keyframe was when its nodes left, how far from it they lie (m), and whether they were active.
+  /// Where a keyframe was when its nodes left, how far from it they lie (m), and whether they were active all the time
+  /// since.
   struct PagedOut {
     Pose T_map_keyframe = Pose::Identity();
     double radius = 0;

@@ -81,8 +81,9 @@ void ObjectGraph::remove(NodeId id) {
   node(handle) = {};
 }
 
-std::vector<NodeId> ObjectGraph::refresh() {
-  for (std::size_t due = std::min(postponed_.size(), kPostponedARefresh); due > 0; --due) {
+std::vector<NodeId> ObjectGraph::refresh(Postponed postponed) {
+  const std::size_t quota = postponed == Postponed::kTakeSome ? kPostponedARefresh : 0;
+  for (std::size_t due = std::min(postponed_.size(), quota); due > 0; --due) {
     fresh_.push_back(postponed_.back());
     postponed_.pop_back();
     if (const int handle = index_.find(fresh_.back().id); handle >= 0 && node(handle).postponed > 0) {
@@ -98,13 +99,16 @@ std::vector<NodeId> ObjectGraph::refresh() {
 }
 
 void ObjectGraph::postpone(const Vec3& first) {
-  for (const Change& change : fresh_) {
+  // A node that only changed its shape keeps its neighbours: it is not computed anew later, so it may not be left alone
+  // until then. Its edges are measured at the next refresh.
+  const auto moved = std::ranges::stable_partition(fresh_, [](const Change& c) { return c.kind == Kind::kReshaped; });
+  for (const Change& change : moved) {
     postponed_.push_back(change);
     if (const int handle = index_.find(change.id); handle >= 0) {
       ++node(handle).postponed;
     }
   }
-  fresh_.clear();
+  fresh_.erase(moved.begin(), moved.end());
   std::vector<std::pair<double, std::size_t>> order;
   order.reserve(postponed_.size());
   for (std::size_t k = 0; k < postponed_.size(); ++k) {

@@ -59,9 +59,10 @@ class ObjectGraph {
   void move(NodeId id, const Belief& belief);
   /// A node that may have been part of it and is not any more.
   void remove(NodeId id);
-  /// Takes in what was put and removed since, and some of what was postponed. Returns the nodes, ascending, that have
-  /// other neighbours or another S1 to one than before; removed ones are not among them.
-  std::vector<NodeId> refresh();
+  enum class Postponed : std::uint8_t { kLeave, kTakeSome };  // a frame's share of it
+  /// Takes in what was put and removed since, and a share of what was postponed if it is asked for. Returns the nodes,
+  /// ascending, that have other neighbours or another S1 to one than before; removed ones are not among them.
+  std::vector<NodeId> refresh(Postponed postponed);
   /// Leaves what was put since to later refreshes, what is nearest to `first` first.
   void postpone(const Vec3& first);
   /// Takes in everything, and names nothing: for a map that begins, ends or is stored.

@@ -21,12 +21,12 @@ struct PageStore {
   double keep_radius = std::numeric_limits<double>::infinity();
 };
 
-/// Brings back every page that may hold a node within `radius` (m) of `centre`. The delta names the nodes that
-/// corrections have moved while they were away, and those that have to be merged with what is there now.
+/// Brings back every page that may hold a node within `radius` (m) of `centre`. The delta names their nodes as changed,
+/// and those of them that have to be merged with what is there now. Its revision is 0 when nothing was paged out.
 MapDelta bringBack(Map& map, const PageStore& store, const Vec3& centre, double radius);
 
 /// Pages out what has no node within the store's keep_radius of `centre`; never nodes that still have to be merged
 /// (`pending`, ascending ids), nor the last keyframe's, which the next frames go on with.
-void pageOutBeyond(Map& map, const PageStore& store, const Vec3& centre, const std::vector<NodeId>& pending);
+MapDelta pageOutBeyond(Map& map, const PageStore& store, const Vec3& centre, const std::vector<NodeId>& pending);
 
 }  // namespace hgg

@@ -69,9 +69,10 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
 }
 
 std::vector<NodeId> MoveQueue::next(const MapDelta& delta) {
-  std::vector<NodeId> all, told, waiting;
+  std::vector<NodeId> all, beliefs, told, waiting;
   std::ranges::set_union(waiting_, delta.moved, std::back_inserter(all));
-  std::ranges::set_union(delta.changed, delta.removed, std::back_inserter(told));
+  std::ranges::set_union(delta.changed, delta.removed, std::back_inserter(beliefs));
+  std::ranges::set_union(beliefs, delta.rewired, std::back_inserter(told));
   std::ranges::set_difference(all, told, std::back_inserter(waiting));
   const auto rest = waiting.begin() + static_cast<std::ptrdiff_t>(std::min(waiting.size(), kMostAtOnce));
   waiting_.assign(rest, waiting.end());

@@ -22,9 +22,10 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report, const s
 class MoveQueue {
  public:
   /// Takes in what a step moved, and gives back which nodes to tell of now (ascending, at most kMostAtOnce). What the
-  /// step changed or removed is told of anyway and leaves the queue.
+  /// step changed, rewired or removed is told of anyway and leaves the queue.
   std::vector<NodeId> next(const MapDelta& delta);
-  bool empty() const { return waiting_.empty(); }
+  /// After subscribers were told of the whole graph.
+  void clear() { waiting_.clear(); }
 
   static constexpr std::size_t kMostAtOnce = 1000;  // nodes: about a millisecond with their encoding
 

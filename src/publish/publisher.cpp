@@ -83,6 +83,7 @@ void Publisher::warnOfTroubles(const CountsAt& now) {
 /// A large graph takes its time: the next one waits so long that all of them together take their share and no more.
 void Publisher::publishCompleteGraph(Micros now_us) {
   send(&Sink::graph, completeGraph(mapper_, latest_.utime_us));
+  moves_.clear();
   next_complete_us_ = now_us + std::max(kComplete_us, kCompleteShare * (clock_() - now_us));
 }
 

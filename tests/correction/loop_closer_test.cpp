@@ -15,6 +15,13 @@
 namespace hgg::loop_closer_test {
 namespace {
 
+/// A step as the corrector makes it, of a map that is all in memory.
+std::optional<MapCorrection> stepOf(LoopCloser& closer, const Map& map) {
+  auto correction = closer.step(map);
+  closer.startVerification(map);
+  return correction;
+}
+
 constexpr double kTileSize = 3;
 constexpr double kSide = 40;  // m, of the square
 constexpr double kStep = 2;   // m, between keyframes
@@ -93,7 +100,7 @@ struct Drive {
     MapUpdate seen;
     seen.created = nodesSeen(T_map_world, truthAt(k).translation());
     map.apply(std::move(seen));
-    if (auto correction = closer.step(map)) {
+    if (auto correction = stepOf(closer, map)) {
       const MapDelta delta = map.apply(*correction);
       map.apply(mergeDuplicates(map, delta.reactivated, testClasses(), config));
       corrections.emplace_back(k, std::move(*correction));
@@ -255,18 +262,18 @@ struct Doubt {
   void comeBack(const Pose& offset, double sigma) {
     const Pose start = Pose::Identity();
     keyframe(start, 0, &start);
-    closer.step(map);
+    stepOf(closer, map);
     for (const double y : {0.0, 10.0}) {
       keyframe(frame(0, Vec3(150, y, 0)), sigma / std::sqrt(3.0), nullptr);
-      closer.step(map);
+      stepOf(closer, map);
     }
     keyframe(offset, sigma / std::sqrt(3.0), &offset);
-    EXPECT_FALSE(closer.step(map));
+    EXPECT_FALSE(stepOf(closer, map));
   }
   /// The n-th keyframe after that, and what it brings.
   std::optional<MapCorrection> goOn(int n, const Pose& offset) {
     keyframe(offset * frame(0, Vec3(0, 0, 2 * (n % 2))), 0.01, nullptr);
-    return closer.step(map);
+    return stepOf(closer, map);
   }
   /// Has the place verified, and two keyframes later once more: what both verifications come to.
   std::optional<MapCorrection> verifyTwice(const Pose& offset, double sigma) {
@@ -344,7 +351,7 @@ TEST(LoopCloser, PlacesOfAStoredMapAreKnownByTheirLooks) {
         update.created = nodesOfWorld(rooms[here], T.inverse(), 7);
       }
       map.apply(std::move(update));
-      closer.step(map);
+      stepOf(closer, map);
     }
     ASSERT_EQ(closer.records().size(), 1U);
     EXPECT_EQ(closer.records()[0].before_us, here);
@@ -380,7 +387,7 @@ TEST(LoopCloser, APromptVerificationIsTakenAsSoonAsItIsThere) {
     correction = prompt.goOn(n, offset);
     while (!correction && prompt.verified() < n / 2 && std::chrono::steady_clock::now() < end) {
       std::this_thread::yield();
-      correction = prompt.closer.step(prompt.map);  // nothing new, but the verification may be ready
+      correction = stepOf(prompt.closer, prompt.map);  // nothing new, but the verification may be ready
     }
   }
   ASSERT_TRUE(correction) << "never verified";

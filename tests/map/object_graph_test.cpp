@@ -371,5 +371,36 @@ TEST(ObjectGraph, SharesOneWeightWhereAllNodesAreInOnePlace) {
   EXPECT_EQ(map.graph().edges().size(), 40U * 39 / 2);
 }
 
+/// What only changed its shape is not computed anew when it is taken in, so nothing may be left to that.
+TEST(ObjectGraph, ANodeThatOnlyChangedItsShapeBeforeALoopStillGainsTheEdgesThatOpenUpMeanwhile) {
+  std::mt19937 random(9);
+  ObjectGraph graph;
+  graph.setModel(kModel);
+  const Belief a{Vec3(0, 0, 0), Mat3::Identity(), 10}, c{Vec3(10, 0, 0), Mat3::Identity(), 10};
+  graph.put(1, kCar, a);
+  graph.put(2, kCar, c);
+  graph.put(3, kCar, {Vec3(5, 0.5, 0), Mat3::Identity(), 10});  // between the two
+  std::vector<Belief> others;
+  for (NodeId id = 10; id < 510; ++id) {
+    others.push_back({Vec3(1000, 0, 0) + randomVector(random, 100), Mat3::Identity(), 10});
+    graph.put(id, kCar, others.back());
+  }
+  graph.refresh(ObjectGraph::Postponed::kLeave);
+  ASSERT_EQ(graph.neighborsOf(1).size(), 1U);
+  for (std::size_t k = 0; k < others.size(); ++k) {
+    others[k].mean += randomVector(random, 1);
+    graph.move(static_cast<NodeId>(10 + k), others[k]);
+  }
+  graph.put(1, kCar, {a.mean, 2 * a.cov, 10});
+  graph.postpone(Vec3(1000, 0, 0));
+  graph.remove(3);
+  while (!graph.isSettled()) {
+    graph.refresh(ObjectGraph::Postponed::kTakeSome);
+  }
+  ASSERT_EQ(graph.neighborsOf(1).size(), 1U);
+  EXPECT_EQ(graph.neighborsOf(1).front().id, 2);
+  EXPECT_DOUBLE_EQ(graph.neighborsOf(1).front().s1, edgeDistance({a.mean, 2 * a.cov, 10}, c, kModel.sigma_floor));
+}
+
 }  // namespace
 }  // namespace hgg::object_graph_test

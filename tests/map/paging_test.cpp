@@ -75,7 +75,7 @@ TEST(Paging, WhatComesBackIsWhatWentAway) {
   EXPECT_NE(encodeMap(map), before);
   const MapDelta delta = bringBack(map, store, Vec3::Zero(), 1e6);
   EXPECT_TRUE(shelf.pages.empty());
-  EXPECT_TRUE(delta.moved.empty());
+  EXPECT_GT(delta.changed.size(), 60U);
   EXPECT_TRUE(delta.reactivated.empty());
   EXPECT_EQ(encodeMap(map), before);
 }
@@ -134,7 +134,7 @@ TEST(Paging, APageFollowsWhatALoopDidToItsKeyframeMeanwhile) {
   map.apply(correction);
   stayed.apply(correction);
   const MapDelta delta = bringBack(map, store, Vec3::Zero(), 1e6);
-  EXPECT_EQ(delta.moved.size(), 38U);     // two nodes of 19 keyframes; the last one's had stayed
+  EXPECT_GE(delta.changed.size(), 38U);   // two nodes of 19 moved keyframes at least; the last one's had stayed
   EXPECT_FALSE(delta.colliding.empty());  // road nodes now lie in tiles of others
   ASSERT_EQ(map.nodes().size(), stayed.nodes().size());
   for (const auto& [id, node] : stayed.nodes()) {
