@@ -9,7 +9,7 @@
 #include "mapper.h"
 #include "scan.h"
 
-namespace hgg {
+namespace hgg::alignment_bench {
 namespace {
 
 /// Cars of twenty leaves each, spread over a disc around the map's origin.
@@ -92,4 +92,4 @@ void AlignWithObjectsAround(benchmark::State& state) {
 BENCHMARK(AlignWithObjectsAround)->Arg(500)->Arg(2000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::alignment_bench

@@ -10,7 +10,7 @@
 #include "correction/window.h"
 #include "map/map.h"
 
-namespace hgg {
+namespace hgg::correction_bench {
 namespace {
 
 using Random = std::mt19937;
@@ -192,4 +192,4 @@ BENCHMARK(ApplyCorrection)->Args({1000, 5})->Args({10000, 5})->Args({10000, 10})
 BENCHMARK(PoseGraph)->Args({1000, 0})->Args({10000, 0})->Args({10000, 1})->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::correction_bench

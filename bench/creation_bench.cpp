@@ -9,7 +9,7 @@
 #include "creation/object_graph.h"
 #include "scan.h"
 
-namespace hgg {
+namespace hgg::creation_bench {
 namespace {
 
 std::vector<PackedPoint> packed(const Frame& frame) {
@@ -65,4 +65,4 @@ void CreateLocalGraph(benchmark::State& state) {
 BENCHMARK(CreateLocalGraph)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::creation_bench

@@ -6,7 +6,7 @@
 
 #include "correction/em.h"
 
-namespace hgg {
+namespace hgg::em_bench {
 namespace {
 
 constexpr double kTile = 10;  // m
@@ -77,4 +77,4 @@ void RefineLeavesInLayers(benchmark::State& state) { refineRepeatedly(state, lea
 BENCHMARK(RefineLeavesInLayers)->Arg(1)->Arg(3)->Arg(11)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::em_bench

@@ -11,7 +11,7 @@
 #include "mapper.h"
 #include "scan.h"
 
-namespace hgg {
+namespace hgg::map_bench {
 namespace {
 
 /// A mapper that has been once around the yard.
@@ -84,4 +84,4 @@ void SaveAndLoad(benchmark::State& state) {
 BENCHMARK(SaveAndLoad)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::map_bench

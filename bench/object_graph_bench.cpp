@@ -10,7 +10,7 @@
 #include "mapper.h"
 #include "publish/graph_update.h"
 
-namespace hgg {
+namespace hgg::object_graph_bench {
 namespace {
 
 using Random = std::mt19937;
@@ -193,4 +193,4 @@ void StaticNeighborhood(benchmark::State& state) {
 BENCHMARK(StaticNeighborhood)->Arg(1000)->Arg(20000)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::object_graph_bench

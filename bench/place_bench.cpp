@@ -5,7 +5,7 @@
 
 #include "place/surfaces.h"
 
-namespace hgg {
+namespace hgg::place_bench {
 namespace {
 
 constexpr std::size_t kSurfaces = 40'000, kQueries = 1500;
@@ -59,4 +59,4 @@ void FindSurfaces(benchmark::State& state) {
 BENCHMARK(FindSurfaces)->Arg(110)->Arg(220)->Unit(benchmark::kMillisecond);
 
 }  // namespace
-}  // namespace hgg
+}  // namespace hgg::place_bench

@@ -101,36 +101,40 @@ void drive(Mapper& mapper, double scale) {
 }
 
 TEST(MapperPaging, AMapWithItsFarPartsOutOfMemoryIsTheSameByteForByte) {
-  Mapper whole(config(), testClasses());
+  Config still = config();
+  still.correction.loop_closure = false;  // a loop moves what is away in one step, which rounds otherwise
+  Mapper whole(still, testClasses());
   Shelf shelf;
-  Mapper paged(config(), testClasses(), {}, LoopTiming::kFixed, shelf.store(60));
+  Mapper paged(still, testClasses(), {}, LoopTiming::kFixed, shelf.store(60));
   drive(whole, 0.001);
   drive(paged, 0.001);
   EXPECT_GT(shelf.put, 20);
   EXPECT_GT(shelf.taken, 20);
   EXPECT_TRUE(shelf.pages.empty()) << "a map is stored whole";
-  EXPECT_EQ(encodeMap(paged.map()), encodeMap(whole.map()));
+  EXPECT_TRUE(encodeMap(paged.map()) == encodeMap(whole.map()));
 }
 
-TEST(MapperPaging, ALoopIsFoundInWhatWasPagedOut) {
-  Config drifting = config();
-  drifting.ablation.odometry_pose = true;  // so that the way back is not held by the map
-  drifting.alignment.odometry_drift = 0.01;
-  drifting.correction.drift_reach = 0.3;
-  Mapper whole(drifting, testClasses());
+TEST(MapperPaging, LoopsAreClosedWithWhatWasPagedOut) {
+  Mapper whole(config(), testClasses());
   Shelf shelf;
-  Mapper paged(drifting, testClasses(), {}, LoopTiming::kFixed, shelf.store(60));
+  Mapper paged(config(), testClasses(), {}, LoopTiming::kFixed, shelf.store(60));
   drive(whole, 0.01);
   drive(paged, 0.01);
-  ASSERT_GT(whole.loops().records().size(), 0U);
+  ASSERT_GT(whole.loops().accepted(), 2);
   ASSERT_EQ(paged.loops().records().size(), whole.loops().records().size());
   for (std::size_t k = 0; k < whole.loops().records().size(); ++k) {
     const LoopRecord &a = paged.loops().records()[k], &b = whole.loops().records()[k];
     EXPECT_EQ(a.before_us, b.before_us) << k;
     EXPECT_EQ(a.accepted, b.accepted) << k << ": " << a.reason << " / " << b.reason;
   }
-  EXPECT_GT(shelf.taken, 0);
-  EXPECT_EQ(paged.map().nodes().size(), whole.map().nodes().size());
+  EXPECT_GT(shelf.taken, 20);
+  ASSERT_EQ(paged.map().nodes().size(), whole.map().nodes().size());
+  for (const auto& [id, node] : whole.map().nodes()) {
+    const MapNode* const other = paged.map().find(id);
+    ASSERT_NE(other, nullptr) << id;
+    EXPECT_LT((other->belief.mean - node.belief.mean).norm(), 1e-6) << id;
+    EXPECT_EQ(other->belief.kappa, node.belief.kappa) << id;
+  }
 }
 
 }  // namespace
