@@ -52,7 +52,9 @@ std::vector<ObjectPair> pairsByTile(const Map& map, const LocalGraph& local) {
 MapDelta fuseInto(Map& map, const LocalGraph& local, const Pose& T, const std::vector<ObjectPair>& pairs = {}) {
   const Config config;
   const auto evidence = classEvidence(local, map, T, 1, config.map.active_radius, config.creation.sigma_floor);
-  return map.apply(fuse(map, local, T, pairs, evidence, testClasses(), config));
+  MapUpdate update = fuse(map, local, T, pairs, evidence, testClasses(), config);
+  update.keyframe = keyframeIfNeeded(map, {local.utime_us, T});
+  return map.apply(std::move(update));
 }
 
 /// The same for a frame whose one object is node 1, once that exists.
