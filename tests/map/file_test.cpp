@@ -4,6 +4,7 @@
 #include <sys/resource.h>
 #include <zstd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstring>
 
@@ -156,9 +157,9 @@ TEST(MapFile, HoldsMapsOfNothingAndOfManyBlocks) {
 
   std::mt19937 random(3);
   MapNode large = nodeAt(10, Vec3(0, 0, 0));
-  for (int k = 0; k < 250000; ++k) {  // 10 MB of leaves, blocks hold 4 MiB
-    addLeaf(large, randomLeaf(random));
-  }
+  Leaves leaves(250000);  // 10 MB of leaves, blocks hold 4 MiB
+  std::ranges::generate(leaves, [&] { return randomLeaf(random); });
+  large.geometry = shareLeaves(std::move(leaves));
   const auto stored = decodeMap(encodeMap(mapOf({large})));
   ASSERT_TRUE(stored) << stored.error;
   expectSame(stored->map.nodes().begin()->second, mapOf({large}).nodes().begin()->second);
