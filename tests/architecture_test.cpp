@@ -176,6 +176,24 @@ TEST(Architecture, TheCommandLineStaysInCli) {
   }
 }
 
+/// Geometry may be out of memory: rooms read it through leavesOf() or Map::geometry(), which say so, and hand in new
+/// blocks by assignment.
+TEST(Architecture, OnlyTheMapReachesIntoTheGeometryOfItsNodes) {
+  const std::regex read(R"((\.|->)geometry\b(?!\s*(=[^=]|\()))");
+  std::size_t looked_at = 0;
+  for (const SourceFile& source : sources()) {
+    if (roomOf(source.path) == "map") {
+      continue;
+    }
+    ++looked_at;
+    for (std::size_t k = 0; k < source.lines.size(); ++k) {
+      EXPECT_FALSE(std::regex_search(source.lines[k], read)) << source.path << ":" << k + 1 << ": " << source.lines[k];
+    }
+  }
+  EXPECT_GT(looked_at, 50U);
+  EXPECT_TRUE(std::regex_search(std::string("for (const Leaf& leaf : *node.geometry) {"), read));
+}
+
 TEST(Architecture, LibraryCodeNeitherPrintsNorExits) {
   const std::regex noise(R"(\bstd::(cout|cerr|clog)\b|\bprintf\(|\bfmt::print\(|\bspdlog::|\b_?exit\()");
   for (const SourceFile& source : sources()) {

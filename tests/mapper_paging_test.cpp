@@ -1,10 +1,8 @@
 // Holds that a map maps the same with its far parts out of memory: what is about to be read is brought back first.
 #include <gtest/gtest.h>
 
-#include <map>
-#include <set>
-
 #include "map/file.h"
+#include "map/shelf.h"
 #include "mapper.h"
 #include "small_world.h"
 #include "test_scene.h"
@@ -54,27 +52,6 @@ struct Street {
     frame.utime_us = 100'000 * (k + 1);
     frame.T_odom_body = T_odom_body;
     return frame;
-  }
-};
-
-/// Pages in memory, counted.
-struct Shelf {
-  std::map<KeyframeId, MapPage> pages;
-  int put = 0, taken = 0;
-
-  PageStore store(double keep_radius) {
-    return {[this](MapPage page) {
-              ++put;
-              const KeyframeId id = page.keyframe;
-              pages[id] = std::move(page);
-            },
-            [this](KeyframeId id) {
-              ++taken;
-              MapPage page = std::move(pages.at(id));
-              pages.erase(id);
-              return page;
-            },
-            keep_radius};
   }
 };
 

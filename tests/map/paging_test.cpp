@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <map>
 #include <tuple>
 
 #include "map/file.h"
+#include "map/shelf.h"
 #include "map/test_map.h"
 
 namespace hgg::paging_test {
@@ -43,26 +43,6 @@ Map drive(int keyframes) {
   map.setTileSize(kTileSize);
   return map;
 }
-
-/// A store in memory that counts what goes through it.
-struct Shelf {
-  std::map<KeyframeId, MapPage> pages;
-  int taken = 0;
-
-  PageStore store(double keep_radius) {
-    return {[this](MapPage page) {
-              const KeyframeId id = page.keyframe;
-              ASSERT_TRUE(pages.emplace(id, std::move(page)).second) << "put twice: " << id;
-            },
-            [this](KeyframeId id) {
-              ++taken;
-              MapPage page = std::move(pages.at(id));
-              pages.erase(id);
-              return page;
-            },
-            keep_radius};
-  }
-};
 
 TEST(Paging, WhatComesBackIsWhatWentAway) {
   Map map = drive(40);

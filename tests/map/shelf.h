@@ -1,0 +1,33 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <utility>
+
+#include "map/paging.h"
+
+namespace hgg {
+
+/// A page store in memory that counts what goes through it. It must outlive the stores it gives.
+struct Shelf {
+  std::map<KeyframeId, MapPage> pages;
+  int put = 0, taken = 0;
+
+  PageStore store(double keep_radius) {
+    return {[this](MapPage page) {
+              ++put;
+              const KeyframeId id = page.keyframe;
+              EXPECT_TRUE(pages.emplace(id, std::move(page)).second) << "put twice: " << id;
+            },
+            [this](KeyframeId id) {
+              ++taken;
+              MapPage page = std::move(pages.at(id));
+              pages.erase(id);
+              return page;
+            },
+            keep_radius};
+  }
+};
+
+}  // namespace hgg
