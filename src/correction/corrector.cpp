@@ -77,8 +77,8 @@ std::optional<NewKeyframe> Corrector::decideKeyframe(const Map& map, const Local
 
 Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local,
                               const Alignment& alignment) {
-  Correction correction{updated, alignment.pose};
   notePending(updated);
+  Correction correction{std::move(updated), alignment.pose};
   mergePending(map, correction);
   if (!is_keyframe) {
     return correction;
