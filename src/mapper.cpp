@@ -108,7 +108,7 @@ std::optional<PoseBelief> Mapper::propagate(const Pose& T_odom_body) const {
 }
 
 PoseBelief Mapper::start(const Pose& T_odom_body) {
-  const PoseBelief pose = startPose(T_map_odom_ * T_odom_body, map_.nodes().empty());
+  PoseBelief pose = startPose(T_map_odom_ * T_odom_body, map_.nodes().empty());
   if (!last_) {
     map_.startAt(map_.keyframes().newestAt(pose.T_map_body.translation()));
   }

@@ -101,14 +101,15 @@ std::vector<NodeId> ObjectGraph::refresh(Postponed postponed) {
 void ObjectGraph::postpone(const Vec3& first) {
   // A node that only changed its shape keeps its neighbours: it is not computed anew later, so it may not be left alone
   // until then. Its edges are measured at the next refresh.
-  const auto moved = std::ranges::stable_partition(fresh_, [](const Change& c) { return c.kind == Kind::kReshaped; });
-  for (const Change& change : moved) {
-    postponed_.push_back(change);
-    if (const int handle = index_.find(change.id); handle >= 0) {
+  const auto moved =
+      std::stable_partition(fresh_.begin(), fresh_.end(), [](const Change& c) { return c.kind == Kind::kReshaped; });
+  for (auto change = moved; change != fresh_.end(); ++change) {
+    postponed_.push_back(*change);
+    if (const int handle = index_.find(change->id); handle >= 0) {
       ++node(handle).postponed;
     }
   }
-  fresh_.erase(moved.begin(), moved.end());
+  fresh_.erase(moved, fresh_.end());
   std::vector<std::pair<double, std::size_t>> order;
   order.reserve(postponed_.size());
   for (std::size_t k = 0; k < postponed_.size(); ++k) {
