@@ -1,25 +1,35 @@
 #include "replay.h"
 
-#include <set>
+#include <utility>
+
+#include "core/text.h"
 
 namespace hgg {
 namespace {
 
-std::string join(const std::set<std::string>& names) {
-  std::string out;
-  for (const auto& name : names) {
-    out += (out.empty() ? "" : ", ") + name;
+void feed(Pipeline& pipeline, const LcmConfig& lcm, const LogEvent& event) {
+  if (event.channel == lcm.odometry) {
+    pipeline.addOdometry(event.data, event.timestamp_us);
   }
-  return out;
+  if (event.channel == lcm.lidar_semantic) {
+    pipeline.addCloud(event.data, event.timestamp_us);
+  }
+  if (event.channel != lcm.odometry && event.channel != lcm.lidar_semantic) {
+    pipeline.addOther(event.channel, event.data, event.timestamp_us);
+  }
 }
 
-/// Why a log gave no cloud at all, and what to do about it.
-std::string explainNoClouds(const std::string& log_path, const LcmConfig& lcm, const std::set<std::string>& channels) {
-  if (channels.empty()) {
+/// Why no map should be made of a log, and what to do about it; empty when there is no reason.
+std::string explainNoMap(const std::string& log_path, const LcmConfig& lcm, const Pipeline& pipeline) {
+  const InputWatch& inputs = pipeline.inputs();
+  if (inputs.isEmpty()) {
     return "no LCM event in '" + log_path + "': is it an LCM log (as lcm-logger writes them)?";
   }
-  return "no cloud on channel " + lcm.lidar_semantic + " in '" + log_path + "' (its channels: " + join(channels) +
-         "): set lcm.lidar_semantic in the config";
+  if (pipeline.frames() == 0) {
+    return "'" + log_path + "': " + inputs.explainNoFrames(lcm, pipeline.counts());
+  }
+  const std::string faults = join(inputs.faults(lcm), "; ");
+  return faults.empty() ? "" : "'" + log_path + "': no map is made of it: " + faults;
 }
 
 }  // namespace
@@ -31,33 +41,26 @@ Result<ReplayReport> replayLog(const std::string& log_path, Mapper& mapper, cons
     return Result<ReplayReport>::fail(log.error);
   }
   const LcmConfig& lcm = mapper.config().lcm;
-  Pipeline pipeline(mapper, on_frame);
+  Pipeline pipeline(mapper, on_frame, OdometryWait::kUnlimited);
   ReplayReport report;
-  std::set<std::string> channels;
+  Micros now_us = 0;
   while (!(report.stopped = stop)) {
     const auto event = log->next();
     if (!event) {
       break;
     }
     ++report.events;
-    channels.insert(event->channel);
-    pipeline.stepReady(
-        event->timestamp_us);  // first, so that odometry beyond the wait comes too late, as it would live
-    if (event->channel == lcm.odometry) {
-      pipeline.addOdometry(event->data);
-    }
-    if (event->channel == lcm.lidar_semantic) {
-      pipeline.addCloud(event->data, event->timestamp_us);
-    }
-    pipeline.stepReady(event->timestamp_us);
+    now_us = event->timestamp_us;
+    feed(pipeline, lcm, *event);
+    pipeline.stepReady(now_us);
     if (on_progress) {
-      on_progress(log->progress(), pipeline.counts().frames);
+      on_progress(log->progress(), pipeline.frames());
     }
   }
-  if (!report.stopped && !channels.contains(lcm.lidar_semantic)) {
-    return Result<ReplayReport>::fail(explainNoClouds(log_path, lcm, channels));
+  pipeline.finish(now_us);
+  if (const std::string why = explainNoMap(log_path, lcm, pipeline); !why.empty()) {
+    return Result<ReplayReport>::fail(report.stopped ? "stopped: " + why : why);
   }
-  pipeline.finish();
   report.counts = pipeline.counts();
   report.loss = log->loss();
   return Result<ReplayReport>::ok(std::move(report));

@@ -17,8 +17,8 @@ constexpr std::chrono::milliseconds kPoll(100);  // how soon `stop` is seen
 
 /// Hands the pipeline what came in. Odometry first: it may belong to the cloud.
 void feed(Pipeline& pipeline, const Inbox& inbox) {
-  for (const auto& message : inbox.odometry) {
-    pipeline.addOdometry(message);
+  for (const RawMessage& message : inbox.odometry) {
+    pipeline.addOdometry(message.bytes, message.arrival_us);
   }
   if (inbox.odometry_lost > 0) {
     spdlog::warn("{} odometry messages lost: mapper long busy", inbox.odometry_lost);
@@ -42,19 +42,25 @@ Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomi
     spdlog::warn(warning);
   }
   Publisher publisher(mapper, {lcmSink(bus, config.lcm), logSink()}, Bus::now_us);
-  Pipeline pipeline(mapper, [&](const StepReport& report, const FrameTiming& timing) {
-    const FrameTiming whole = publisher.publishFrame(report, timing);
-    if (on_frame) {
-      on_frame(report, whole);
-    }
-  });
+  Pipeline pipeline(
+      mapper,
+      [&](const StepReport& report, const FrameTiming& timing) {
+        const FrameTiming whole = publisher.publishFrame(report, timing);
+        if (on_frame) {
+          on_frame(report, whole);
+        }
+      },
+      OdometryWait::kConfigured);
   spdlog::info("listening to {} and {} at {}", config.lcm.lidar_semantic, config.lcm.odometry, config.lcm.url);
   while (!stop) {
     feed(pipeline, bus.take(kPoll));
     pipeline.stepReady(Bus::now_us());
     publisher.tick(pipeline.counts());
   }
-  pipeline.finish();
+  pipeline.finish(Bus::now_us());
+  if (pipeline.frames() == 0) {
+    return Result<RunCounts>::fail(pipeline.inputs().explainNoFrames(config.lcm, pipeline.counts()));
+  }
   return Result<RunCounts>::ok(pipeline.counts());
 }
 

@@ -105,14 +105,26 @@ TEST_F(Replay, EveryCloudWithOdometryBecomesAFrame) {
   }
 }
 
-TEST_F(Replay, OdometryLaterInTheLogIsStillUsedWithinTheWait) {
-  const Micros wait_us = static_cast<Micros>(FrameConfig{}.odometry_wait_ms * 1000), t = SmallWorld::timeOf(1);
-  auto in_time = log();
-  EXPECT_EQ(replayOf(in_time.odometry(0, t).cloud(1, t).odometry(2, t + wait_us).finish()).frames_us, timesOf({1}));
-  auto late = log();
-  const auto out = replayOf(late.odometry(0, t).cloud(1, t).odometry(2, t + wait_us + 1).finish());
-  EXPECT_TRUE(out.frames_us.empty());
-  EXPECT_EQ(out.report->counts.drops.odometry, 1);
+TEST_F(Replay, OdometryLaterInTheLogIsUsedHoweverLate) {
+  const Micros t = SmallWorld::timeOf(1);
+  for (const Micros late_us : {Micros{0}, Micros{200'001}, Micros{60'000'000}}) {
+    EXPECT_EQ(replayOf(log().odometry(0, t).cloud(1, t).odometry(2, t + late_us).finish()).frames_us, timesOf({1}));
+  }
+}
+
+TEST_F(Replay, SlowOdometryCostsNoFrames) {
+  for (const int every : {2, 5, 10, 20}) {
+    auto builder = log();
+    for (int i = 0; i <= 40; ++i) {
+      if (i % every == 0) {
+        builder.odometry(i, SmallWorld::timeOf(i));
+      }
+      builder.cloud(i, SmallWorld::timeOf(i));
+    }
+    const auto out = replayOf(builder.finish());
+    EXPECT_EQ(out.report->counts.frames, 41) << every;
+    EXPECT_EQ(out.report->counts.drops.total(), 0) << every;
+  }
 }
 
 TEST_F(Replay, MissingOdometryCostsItsFramesOnly) {
@@ -121,16 +133,15 @@ TEST_F(Replay, MissingOdometryCostsItsFramesOnly) {
   for (const int i : {3, 4}) {
     builder.cloud(i, SmallWorld::timeOf(i));
   }
-  // 5 is more than a gap away from 2: nothing in between is guessed.
-  const Micros late_us = kMaxOdometryGap_us;
-  const auto points = SmallWorld::points(5);
-  builder.message("POSE_ODOM", SmallWorld::timeOf(3) + late_us,
-                  encodePose(SmallWorld::timeOf(3) + late_us, Pose::Identity()));
-  builder.message("LIDAR_SEMANTIC", SmallWorld::timeOf(3) + late_us,
-                  encodeSemanticCloud(SmallWorld::timeOf(3) + late_us, points));
+  // More than a gap away from 2: nothing in between is guessed.
+  const Micros late_us = SmallWorld::timeOf(3) + std::llround(FrameConfig{}.odometry_gap_s * 1e6);
+  builder.message("POSE_ODOM", late_us, encodePose(late_us, Pose::Identity()));
+  builder.message("LIDAR_SEMANTIC", late_us, encodeSemanticCloud(late_us, SmallWorld::points(5)));
   const auto out = replayOf(builder.finish());
   EXPECT_EQ(out.report->counts.frames, 4);
   EXPECT_EQ(out.report->counts.drops.odometry, 2);
+  EXPECT_EQ(out.report->counts.drops.causes.at("odometry: in a gap longer than frame.odometry_gap_s"), 2);
+  EXPECT_EQ(out.report->counts.odometry_gap_us, 3'100'000);
 }
 
 TEST_F(Replay, LateAndDuplicateFramesAreDroppedAndCounted) {
@@ -241,7 +252,90 @@ TEST_F(Replay, ALogThatHoldsNothingForUsSaysWhatItHolds) {
   writeText(path_, "no log");
   EXPECT_NE(replayOf(path_).report.error.find("is it an LCM log"), std::string::npos);
   const auto out = replayOf(log().odometry(0, 0).message("LIDAR_FRONT", 0, {1}).finish());
-  EXPECT_NE(out.report.error.find("its channels: LIDAR_FRONT, POSE_ODOM"), std::string::npos) << out.report.error;
+  EXPECT_NE(out.report.error.find("channels: LIDAR_FRONT: 1, POSE_ODOM: 1 bot_core.pose_t"), std::string::npos)
+      << out.report.error;
+}
+
+TEST_F(Replay, WithoutOdometryThereIsNoMapAndTheChannelsAreNamed) {
+  auto builder = log();
+  for (int i = 0; i < kFrames; ++i) {
+    builder.cloud(i, SmallWorld::timeOf(i));
+    builder.message("POSE_BODY", SmallWorld::timeOf(i), encodePose(SmallWorld::timeOf(i), Pose::Identity()));
+  }
+  const std::string error = replayOf(builder.finish()).report.error;
+  EXPECT_NE(error.find("nothing came on POSE_ODOM (lcm.odometry"), std::string::npos) << error;
+  EXPECT_NE(error.find("POSE_BODY: 8 bot_core.pose_t"), std::string::npos) << error;
+}
+
+TEST_F(Replay, NoMapIsMadeOfStampsInAnotherUnit) {
+  auto builder = log();
+  for (int i = 0; i < 70; ++i) {
+    const Micros t = SmallWorld::timeOf(i), seconds = t / 1'000'000;
+    builder.message("POSE_ODOM", t, encodePose(seconds, SmallWorld::odometry(i).T_odom_body));
+    builder.message("LIDAR_SEMANTIC", t, encodeSemanticCloud(seconds, {}));
+  }
+  const std::string error = replayOf(builder.finish()).report.error;
+  EXPECT_NE(error.find("look like seconds"), std::string::npos) << error;
+}
+
+// ------------------------------------------------------------------------------------------- mounted sensors
+
+/// The clouds of the small world as a sensor sees them that is mounted so.
+std::vector<Point> seenFrom(const Mounting& mounting, std::vector<Point> points) {
+  const Eigen::Isometry3f T_sensor_body = poseOf(mounting).inverse().cast<float>();
+  for (Point& p : points) {
+    const Eigen::Vector3f v = T_sensor_body * Eigen::Vector3f(p.x, p.y, p.z);
+    p.x = v.x(), p.y = v.y(), p.z = v.z();
+  }
+  return points;
+}
+
+std::vector<Vec3> objectsOf(const Map& map) {
+  std::vector<Vec3> out;
+  for (const auto& [id, node] : map.nodes()) {
+    if (isConfirmed(node) && !node.stuff) {
+      out.push_back(node.belief.mean);
+    }
+  }
+  return out;
+}
+
+TEST_F(Replay, CloudsOfAMountedSensorGiveTheMapOfTheBody) {
+  const Mounting mounting{0.3, -0.2, 0.5, 4, 30, 90};
+  std::vector<std::vector<Vec3>> objects;
+  for (const Mounting& m : {Mounting{}, mounting}) {
+    auto builder = log();
+    for (int i = 0; i < kFrames; ++i) {
+      builder.odometry(i, SmallWorld::timeOf(i));
+      builder.message("LIDAR_SEMANTIC", SmallWorld::timeOf(i),
+                      encodeSemanticCloud(SmallWorld::timeOf(i), seenFrom(m, SmallWorld::points(i))));
+    }
+    Config config;
+    config.frame.range_min = 0;
+    config.T_body_lidar.lidar_semantic = m;
+    Mapper mapper(config, ClassTable::builtin());
+    EXPECT_EQ(replayOf(builder.finish(), mapper).report->counts.frames, kFrames);
+    objects.push_back(objectsOf(mapper.map()));
+  }
+  ASSERT_FALSE(objects[0].empty());
+  ASSERT_EQ(objects[0].size(), objects[1].size());
+  for (std::size_t k = 0; k < objects[0].size(); ++k) {
+    EXPECT_LT((objects[0][k] - objects[1][k]).norm(), 1e-2);
+  }
+}
+
+TEST_F(Replay, RangeLimitsAreAboutTheSensor) {
+  const std::vector<Point> points{{1, 0, 0, 0, 10}, {6, 0, 0, 0, 10}, {9, 0, 0, 0, 10}};  // as the sensor sees them
+  Config config;
+  config.frame.range_min = 2, config.frame.range_max = 8;
+  config.T_body_lidar.lidar_semantic = {5, 0, 0, 0, 0, 180};  // they lie at x = 4, -1 and -4 of the body
+  auto builder = log();
+  builder.odometry(0, 0).message("LIDAR_SEMANTIC", 0, encodeSemanticCloud(SmallWorld::timeOf(0), points));
+  Mapper mapper(config, ClassTable::builtin());
+  std::size_t kept = 0;
+  const auto on_frame = [&](const StepReport& step, const FrameTiming&) { kept = step.points; };
+  ASSERT_TRUE(replayLog(builder.finish(), mapper, on_frame, {}, kNeverStop));
+  EXPECT_EQ(kept, 1u);
 }
 
 // ---------------------------------------------------------------------------------------------------- live

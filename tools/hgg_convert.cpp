@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "convert/kitti_truth.h"
+#include "convert/label_ids.h"
 #include "convert/semantickitti.h"
 #include "sim/odometry.h"
 
@@ -13,8 +14,9 @@ constexpr const char* kKittiHelp = R"(Converts a folder in the SemanticKITTI lay
   DIR/velodyne/NNNNNN.bin   x y z intensity, f32 each, LiDAR frame
   DIR/labels/NNNNNN.label   u32 a point: low 16 bits class, high 16 bits instance
   DIR/times.txt             seconds, one row a frame (optional)
-Poses must be in the LiDAR frame: 3x4 rows T_world_lidar, one a frame. The poses.txt that comes with KITTI odometry and
-SemanticKITTI downloads is in the camera frame; with Tr of its calib.txt a row becomes inv(Tr) * row * Tr.)";
+  DIR/calib.txt             Tr: camera from LiDAR (needed for poses of the camera)
+Poses are 3x4 rows, one a frame, of the LiDAR or of the camera, as in the downloads of KITTI odometry and SemanticKITTI:
+the way they go tells which. With Tr of calib.txt a row of the camera becomes inv(Tr) * row * Tr.)";
 
 constexpr const char* kTruthHelp =
     R"(Writes the true objects of such a folder for hgg-eval: gt_objects.json and poses.txt,
@@ -25,6 +27,7 @@ struct Arguments {
   hgg::KittiOptions kitti;
   std::string output;
   std::optional<std::filesystem::path> boxes;
+  std::string pose_frame = "auto", label_ids = "auto";
   std::string odometry;  // of odometryPreset(); empty: the poses as they are
   std::uint64_t seed = 1;
 };
@@ -32,6 +35,21 @@ struct Arguments {
 int fail(const std::string& error) {
   std::fprintf(stderr, "hgg-convert: %s\n", error.c_str());
   return kBadInput;
+}
+
+void addPoseFrame(CLI::App& sub, Arguments& args) {
+  sub.add_option("--pose-frame", args.pose_frame, "what the poses are of: auto judges by the way they go")
+      ->check(CLI::IsMember({"auto", "lidar", "camera"}))
+      ->capture_default_str();
+}
+
+void addLabelIds(CLI::App& sub, Arguments& args) {
+  sub.add_option(
+         "--label-ids", args.label_ids,
+         "learning: labels are SemanticKITTI's training ids 0..19, made raw ones; raw: taken as they are; auto: "
+         "as they are, unless they look like training ids")
+      ->check(CLI::IsMember({"auto", "raw", "learning"}))
+      ->capture_default_str();
 }
 
 void addElevation(CLI::App& sub, Arguments& args) {
@@ -49,6 +67,8 @@ CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
   sub->add_option("-o,--output", args.output, "LCM log to write")->required()->type_name("LOG");
   sub->add_option("--labels", args.kitti.labels, "label folder below DIR")->type_name("SUB")->capture_default_str();
   sub->add_option("--poses", args.kitti.poses, "poses [DIR/odometry.txt, else DIR/poses.txt]")->type_name("FILE");
+  addPoseFrame(*sub, args);
+  addLabelIds(*sub, args);
   sub->add_option("--rate", args.kitti.rate_hz, "frames a second [DIR/times.txt, else 10]")
       ->type_name("HZ")
       ->check(CLI::Range(0.001, 10000.0));
@@ -67,19 +87,36 @@ CLI::App* addKittiTruth(CLI::App& app, Arguments& args) {
   sub->add_option("DIR", args.kitti.dir, "folder with velodyne/")->required();
   sub->add_option("-o,--output", args.output, "truth directory to write")->required()->type_name("TRUTH_DIR");
   sub->add_option("--labels", args.kitti.labels, "label folder below DIR [gt_labels]")->type_name("SUB");
-  sub->add_option("--poses", args.kitti.poses, "true poses, LiDAR frame [DIR/poses.txt]")->type_name("FILE");
+  sub->add_option("--poses", args.kitti.poses, "true poses [DIR/poses.txt]")->type_name("FILE");
+  addPoseFrame(*sub, args);
+  addLabelIds(*sub, args);
   sub->add_option("--boxes", args.boxes, "csv with track_id, cx_world, cy_world")->type_name("CSV");
   addElevation(*sub, args);
   sub->footer("Example:\n  hgg-convert kitti-truth kitti_0001 -o truth --boxes kitti_0001/boxes.csv");
   return sub;
 }
 
-/// The poses.txt of a KITTI download comes with a calib.txt and is in the camera frame; ours are not.
-void warnOfCameraPoses(const hgg::KittiOptions& kitti) {
-  const bool takes_poses_txt = kitti.poses.empty() && !exists(kitti.dir / "odometry.txt");
-  if (takes_poses_txt && exists(kitti.dir / "calib.txt")) {
-    std::fprintf(stderr, "hgg-convert: warning: calib.txt is there: is poses.txt in the LiDAR frame? (see --help)\n");
+/// The frames of the folder, with what was made of its poses and labels said on stderr.
+hgg::Result<std::vector<hgg::KittiFrame>> listFrames(const Arguments& args) {
+  hgg::KittiOptions kitti = args.kitti;
+  kitti.learning_ids = args.label_ids == "learning";
+  kitti.pose_frame = args.pose_frame == "lidar"    ? hgg::PoseFrame::kLidar
+                     : args.pose_frame == "camera" ? hgg::PoseFrame::kCamera
+                                                   : hgg::PoseFrame::kUnknown;
+  auto frames = hgg::listKittiFrames(kitti);
+  if (!frames) {
+    return frames;
   }
+  if (args.label_ids == "auto" && hgg::hasLearningIds(*frames)) {
+    return hgg::Result<std::vector<hgg::KittiFrame>>::fail(
+        "the labels of " + (kitti.dir / kitti.labels).string() +
+        " are no raw SemanticKITTI ids but look like the training ids 0..19 of learning_map: --label-ids learning "
+        "converts them, --label-ids raw takes them as they are");
+  }
+  if (frames->front().pose_was_cameras) {
+    std::fprintf(stderr, "hgg-convert: the poses are the camera's: taken to the LiDAR with Tr of calib.txt\n");
+  }
+  return frames;
 }
 
 /// Replaces the poses by those of an odometry that drifts from the first one on.
@@ -96,8 +133,7 @@ void letDrift(std::vector<hgg::KittiFrame>& frames, const Arguments& args) {
 }
 
 int convert(const Arguments& args) {
-  warnOfCameraPoses(args.kitti);
-  auto frames = hgg::listKittiFrames(args.kitti);
+  auto frames = listFrames(args);
   if (!frames) {
     return fail(frames.error);
   }
@@ -116,7 +152,7 @@ int writeTruth(Arguments args, bool labels_given) {
   if (args.kitti.poses.empty()) {
     args.kitti.poses = args.kitti.dir / "poses.txt";
   }
-  const auto frames = hgg::listKittiFrames(args.kitti);
+  const auto frames = listFrames(args);
   if (!frames) {
     return fail(frames.error);
   }

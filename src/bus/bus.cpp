@@ -91,7 +91,7 @@ void Bus::onOdometry(const lcm_recv_buf_t* message, const char* /*channel*/, voi
   const auto* bytes = static_cast<const std::uint8_t*>(message->data);
   {
     const std::lock_guard lock(bus->mutex_);
-    bus->odometry_.emplace_back(bytes, bytes + std::min<std::size_t>(message->data_size, kMaxOdometryBytes));
+    bus->odometry_.push_back({now_us(), {bytes, bytes + std::min<std::size_t>(message->data_size, kMaxOdometryBytes)}});
     if (bus->odometry_.size() > kMaxOdometry) {
       bus->odometry_.pop_front();
       ++bus->inbox_.odometry_lost;

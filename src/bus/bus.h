@@ -27,10 +27,10 @@ struct RawMessage {
 
 /// What came in since the last look.
 struct Inbox {
-  std::vector<std::vector<std::uint8_t>> odometry;  // in order of arrival
-  std::optional<RawMessage> cloud;                  // the newest
-  std::int64_t clouds_replaced = 0;                 // older ones that nobody took
-  std::int64_t odometry_lost = 0;                   // oldest ones, when nobody took them for long
+  std::vector<RawMessage> odometry;  // in order of arrival
+  std::optional<RawMessage> cloud;   // the newest
+  std::int64_t clouds_replaced = 0;  // older ones that nobody took
+  std::int64_t odometry_lost = 0;    // oldest ones, when nobody took them for long
 };
 
 /// A live LCM connection. A thread of its own receives, so that a busy mapper never makes LCM's queues grow: of the
@@ -66,7 +66,7 @@ class Bus {
   std::mutex mutex_;  // guards what follows
   std::condition_variable news_;
   Inbox inbox_;  // without odometry
-  std::deque<std::vector<std::uint8_t>> odometry_;
+  std::deque<RawMessage> odometry_;
   std::vector<std::uint8_t> spare_;  // the receive thread's own: a cloud is copied here, then swapped in
   std::jthread thread_;              // last: joined before anything above goes
 };

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,6 +20,15 @@ namespace hgg {
 /// absurd lengths, fields that do not fit the record, non-finite or zero-norm orientations, times outside
 /// 0..kMaxUtime_us. The reasons are a fixed set of texts without values in them, so that they can be counted.
 using Bytes = std::span<const std::uint8_t>;
+
+/// What a message says it is, and its stamp, unchecked: for telling what is wrong with a log.
+enum class MessageKind : std::uint8_t { kPose, kCloud, kOther };
+struct MessageHead {
+  MessageKind kind = MessageKind::kOther;
+  Micros utime_us = 0;  // of poses and clouds
+};
+/// nullopt where the message is shorter than a head.
+std::optional<MessageHead> peekHead(Bytes message);
 
 /// Limits of what is accepted from the wire.
 constexpr std::int64_t kMaxPoints = 4'000'000;

@@ -10,10 +10,26 @@ std::vector<std::uint8_t> encodeStatus(const Status& status) {
   message.queued = kNone;
   message.disk_free_mb = message.saved_age_s = kNone;
   message.utime = status.utime_us;
+  message.state = static_cast<std::int8_t>(status.state);
+  message.fragment = status.fragment;
+  message.position_sigma = status.position_sigma;
+  message.heading_sigma = status.heading_sigma;
+  message.num_alarms = static_cast<std::int32_t>(status.alarms.size());
+  for (const Alarm& alarm : status.alarms) {
+    hgg::alarm_t told{};
+    told.severity = alarm.is_serious ? hgg::alarm_t::SERIOUS : hgg::alarm_t::WARNING;
+    told.code = alarm.code, told.subject = alarm.subject, told.text = alarm.text;
+    message.alarms.push_back(std::move(told));
+  }
   message.frames = status.frames;
   message.dropped_busy = status.dropped_busy;
   message.dropped_odometry = status.dropped_odometry;
   message.dropped_invalid = status.dropped_invalid;
+  message.num_drops = static_cast<std::int32_t>(status.drops.size());
+  for (const auto& [cause, messages] : status.drops) {
+    message.drop_causes.push_back(cause);
+    message.drop_counts.push_back(messages);
+  }
   message.frame_rate = status.frame_rate;
   message.frame_ms = status.frame_ms;
   message.num_stages = static_cast<std::int32_t>(status.stage_ms.size());

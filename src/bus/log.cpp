@@ -36,8 +36,9 @@ std::uint8_t* writeBigEndian(std::uint8_t* bytes, std::uint64_t value, int size)
   return bytes + size;
 }
 
-bool isPrintable(std::span<const std::uint8_t> text) {
-  return std::all_of(text.begin(), text.end(), [](std::uint8_t c) { return c >= 0x20 && c < 0x7f; });
+/// LCM takes any name; one with control characters is damage. Bytes above 0x7f are letters, of UTF-8 or another code.
+bool isName(std::span<const std::uint8_t> text) {
+  return std::all_of(text.begin(), text.end(), [](std::uint8_t c) { return c >= 0x20 && c != 0x7f; });
 }
 
 std::string fileError(const std::string& what, const std::string& path) {
@@ -136,7 +137,7 @@ std::optional<LogReader::Header> LogReader::headerAt(std::int64_t offset) {
     return std::nullopt;
   }
   const auto channel = view(offset + kHeaderBytes, channel_bytes);
-  if (!isPrintable(channel)) {
+  if (!isName(channel)) {
     return std::nullopt;
   }
   header.channel.assign(channel.begin(), channel.end());

@@ -31,8 +31,28 @@ void summarise(const Mapper& mapper, const RunCounts& counts, const OutputDirect
   const FrameDrops& drops = counts.drops;
   fmt::print("{} frames, {} dropped (busy {}, no odometry {}, invalid {})\n", counts.frames, drops.total(), drops.busy,
              drops.odometry, drops.invalid);
+  for (const auto& [cause, clouds] : drops.causes) {
+    fmt::print("  {} clouds dropped: {}\n", clouds, cause);
+  }
+  if (drops.odometry > 0 && counts.odometry_interval_us > 0) {
+    fmt::print("  odometry comes every {:.3g} s\n", static_cast<double>(counts.odometry_interval_us) * 1e-6);
+  }
+  if (counts.odometry_gap_us > 0) {
+    fmt::print("  odometry has gaps of up to {:.2f} s; frame.odometry_gap_s says how long a gap is bridged\n",
+               static_cast<double>(counts.odometry_gap_us) * 1e-6);
+  }
   for (const auto& [reason, messages] : counts.decode_errors) {
     fmt::print("  {} messages unreadable: {}\n", messages, reason);
+  }
+  if (counts.odometry_rejected > 0) {
+    fmt::print("  {} odometry samples rejected: {} with stamps out of line, the others late or twice\n",
+               counts.odometry_rejected, counts.odometry_outliers);
+  }
+  if (counts.odometry_anew > 0) {
+    fmt::print("  the odometry began anew {} times (its clock went back, or it paused)\n", counts.odometry_anew);
+  }
+  for (const std::string& line : counts.oddities) {
+    fmt::print("  {}\n", line);
   }
   if (counts.restarts > 0) {
     fmt::print("  time went back {} times (restarts of the robot or the log)\n", counts.restarts);

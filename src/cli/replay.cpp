@@ -47,6 +47,7 @@ int replay(const ReplayOptions& o) {
   const Result<ReplayReport> report = replayLog(o.log, mapper, on_frame, on_progress, stop);
   bar.finish();
   if (!report) {
+    out->discard();
     return fail(report.error);
   }
   mapper.finish();

@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
+#include <vector>
 
 #include "cli/commands.h"
+#include "core/units.h"
 #include "map/file.h"
 
 namespace hgg {
@@ -13,6 +16,7 @@ namespace {
 
 struct RunOptions {
   std::string config, lcm_url, map, out = "out/run";
+  std::vector<double> start;  // x, y, yaw_deg
   bool print_config = false;
 };
 
@@ -29,6 +33,16 @@ Result<Map> startingMap(const std::string& path, const LoadedConfig& loaded) {
     return Result<Map>::fail(fmt::format("{}: {}", path, why));
   }
   return Result<Map>::ok(std::move(stored->map));
+}
+
+/// The height of the keyframe nearest to a place, m; 0 where there is none.
+double heightAt(const Map& map, double x, double y) {
+  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  const auto distance = [&](const TimedPose& k) {
+    return (k.T_map_body.translation().head<2>() - Eigen::Vector2d(x, y)).norm();
+  };
+  const auto nearest = std::ranges::min_element(poses, {}, distance);
+  return nearest == poses.end() ? 0 : nearest->T_map_body.translation().z();
 }
 
 int run(const RunOptions& o) {
@@ -54,11 +68,18 @@ int run(const RunOptions& o) {
     return fail(out.error);
   }
   Mapper mapper(config, loaded->classes, std::move(*map), LoopTiming::kPrompt);
+  if (!o.start.empty()) {
+    Pose T_map_start = Pose::Identity();
+    T_map_start.linear() = Eigen::AngleAxisd(o.start[2] * kDegree, Vec3::UnitZ()).toRotationMatrix();
+    T_map_start.translation() << o.start[0], o.start[1], heightAt(mapper.map(), o.start[0], o.start[1]);
+    mapper.startAt(T_map_start);
+  }
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
   };
   const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame);
   if (!counts) {
+    out->discard();
     return fail(counts.error);
   }
   mapper.finish();
@@ -76,10 +97,18 @@ void addRun(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("run", "Map live from LCM until Ctrl-C, then save");
   command->add_option("--config", o->config, "TOML config (default: built-in, see --print-config)");
   command->add_option("--lcm-url", o->lcm_url, "LCM provider, overrides lcm.url of the config");
-  command->add_option("--map", o->map, "map.hgg to go on from");
+  CLI::Option* map = command->add_option("--map", o->map, "map.hgg to go on from: the place in it is recognised");
+  command->add_option("--start", o->start, "where in --map the robot starts, m and degrees, when that is known")
+      ->type_name("X,Y,YAW")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(map);
   command->add_option("--out", o->out, "directory for map.hgg, trajectory.tum, stats.json")->capture_default_str();
   command->add_flag("--print-config", o->print_config, "print the effective config with every key explained, and exit");
-  command->footer("Example:\n  hggmap run --config firmware_cfg/semantickitti/hggmap.toml --out maps/today");
+  command->footer(
+      "Example:\n  hggmap run --config firmware_cfg/semantickitti/hggmap.toml --out maps/today\n"
+      "  hggmap run --map maps/today/map.hgg                   # anywhere in the map: recognised in a few metres\n"
+      "  hggmap run --map maps/today/map.hgg --start 2.5,-1,90 # known to about 0.3 m and 3 degrees");
   command->callback([o, &action] { action = [o] { return run(*o); }; });
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "core/types.h"
@@ -10,7 +13,8 @@ namespace hgg {
 /// A labelled cloud as it came off the wire: nothing filtered yet.
 struct SemanticCloud {
   Micros utime_us = 0;
-  std::vector<Point> points;  // body frame
+  std::vector<Point> points;          // body frame
+  Vec3 p_body_sensor = Vec3::Zero();  // where it was measured from
 };
 
 struct OdometrySample {
@@ -22,14 +26,19 @@ struct OdometrySample {
 struct Frame {
   Micros utime_us = 0;
   Pose T_odom_body = Pose::Identity();
-  std::vector<Point> points;  // body frame
+  std::vector<Point> points;        // body frame
+  bool odometry_restarted = false;  // the odometry began anew since the frame before: its clock went back, or it paused
+  Vec3 p_body_sensor = Vec3::Zero();  // range limits are about this point
+  std::optional<Pose> T_odom_before =
+      std::nullopt;  // odometry's pose at the frame before, where it is no longer what it was then
 };
 
 /// Clouds that did not become frames, by reason.
 struct FrameDrops {
-  std::int64_t busy = 0;      // replaced by a newer one before the mapper was free
-  std::int64_t odometry = 0;  // no odometry within the wait
-  std::int64_t invalid = 0;   // undecodable, late or duplicate
+  std::int64_t busy = 0;                       // replaced by a newer one before the mapper was free
+  std::int64_t odometry = 0;                   // no odometry of their time
+  std::int64_t invalid = 0;                    // undecodable, late, duplicate or with a stamp out of line
+  std::map<std::string, std::int64_t> causes;  // of `odometry` and `invalid` in detail: "cloud: late or twice"
 
   std::int64_t total() const { return busy + odometry + invalid; }
 };

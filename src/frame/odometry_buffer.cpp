@@ -1,43 +1,113 @@
 #include "frame/odometry_buffer.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace hgg {
+namespace {
 
-bool OdometryBuffer::add(const OdometrySample& sample) {
-  if (!isAhead(sample.utime_us)) {
-    if (samples_.back().utime_us - sample.utime_us <= kRestart_us) {
-      ++rejected_;
-      return false;
-    }
+constexpr Micros kSilence_us = 1'000'000, kSilentIntervals = 5;
+
+}  // namespace
+
+void OdometryBuffer::add(const OdometrySample& sample) {
+  const StampVerdict verdict = judge_.judge(sample.utime_us);
+  if (verdict == StampVerdict::kLate) {
+    ++counts_.late;
+    return;
+  }
+  if (verdict == StampVerdict::kConfirms) {
+    takeApart();
+  }
+  counts_.outliers += apart_ ? 1 : 0;
+  apart_.reset();
+  if (verdict == StampVerdict::kApart) {
+    apart_ = sample;
+  } else {
+    take(sample);
+  }
+}
+
+void OdometryBuffer::finish() {
+  if (judge_.believesTheLast()) {
+    takeApart();
+  }
+  counts_.outliers += apart_ ? 1 : 0;
+  apart_.reset();
+}
+
+void OdometryBuffer::takeApart() {
+  const StampStep step = judge_.step();
+  if (step == StampStep::kWentBack) {
     samples_.clear();
   }
-  samples_.push_back(sample);
+  counts_.anew += step == StampStep::kSteady ? 0 : 1;
+  take(*apart_);
+  apart_.reset();
+}
+
+void OdometryBuffer::take(const OdometrySample& sample) {
+  samples_.push_back({sample, counts_.anew});
+  ++believed_;
   if (samples_.size() > capacity_) {
     samples_.pop_front();
   }
-  return true;
 }
 
-std::optional<Pose> OdometryBuffer::at(Micros utime_us) const {
-  const auto after = std::lower_bound(samples_.begin(), samples_.end(), utime_us,
-                                      [](const OdometrySample& s, Micros t) { return s.utime_us < t; });
+OdometryBuffer::Iterator OdometryBuffer::firstNotBefore(Micros utime_us) const {
+  return std::lower_bound(samples_.begin(), samples_.end(), utime_us,
+                          [](const Entry& e, Micros t) { return e.sample.utime_us < t; });
+}
+
+std::optional<OdometryPose> OdometryBuffer::at(Micros utime_us) const {
+  const auto after = firstNotBefore(utime_us);
   if (after == samples_.end()) {
     return std::nullopt;
   }
-  if (after->utime_us == utime_us) {
-    return after->T_odom_body;
+  if (after->sample.utime_us == utime_us) {
+    return OdometryPose{after->sample.T_odom_body, after->stretch};
   }
   if (after == samples_.begin()) {
     return std::nullopt;
   }
-  const auto before = std::prev(after);
-  const Micros gap_us = after->utime_us - before->utime_us;
-  if (gap_us > kMaxOdometryGap_us) {
+  const OdometrySample &a = std::prev(after)->sample, &b = after->sample;
+  const Micros gap_us = b.utime_us - a.utime_us;
+  if (gap_us > max_gap_us_) {
     return std::nullopt;
   }
-  const double s = static_cast<double>(utime_us - before->utime_us) / static_cast<double>(gap_us);
-  return interpolate(before->T_odom_body, after->T_odom_body, s);
+  const double s = static_cast<double>(utime_us - a.utime_us) / static_cast<double>(gap_us);
+  return OdometryPose{interpolate(a.T_odom_body, b.T_odom_body, s), after->stretch};
+}
+
+OdometryMiss OdometryBuffer::missAt(Micros utime_us) const {
+  if (samples_.empty() || utime_us > samples_.back().sample.utime_us) {
+    return OdometryMiss::kAhead;
+  }
+  return utime_us < samples_.front().sample.utime_us ? OdometryMiss::kBefore : OdometryMiss::kGap;
+}
+
+Micros OdometryBuffer::gapAround_us(Micros utime_us) const {
+  const auto after = firstNotBefore(utime_us);
+  return after == samples_.end() || after == samples_.begin()
+             ? 0
+             : after->sample.utime_us - std::prev(after)->sample.utime_us;
+}
+
+bool OdometryBuffer::fellSilent(Micros from_us, Micros to_us) const {
+  const Micros longest_us = std::max(kSilence_us, kSilentIntervals * judge_.usualInterval_us());
+  for (auto it = firstNotBefore(from_us + 1); it != samples_.end() && it != samples_.begin(); ++it) {
+    if (it->sample.utime_us - std::prev(it)->sample.utime_us > longest_us) {
+      return true;
+    }
+    if (it->sample.utime_us >= to_us) {
+      break;
+    }
+  }
+  return false;
+}
+
+std::optional<Micros> OdometryBuffer::newest_us() const {
+  return samples_.empty() ? std::nullopt : std::optional(samples_.back().sample.utime_us);
 }
 
 Pose interpolate(const Pose& a, const Pose& b, double s) {

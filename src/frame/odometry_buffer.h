@@ -6,36 +6,82 @@
 #include <optional>
 
 #include "frame/frame.h"
+#include "frame/stamp_judge.h"
 
 namespace hgg {
 
-/// A clock that goes back by more than this is a restart of the robot or of its log; by less, a late message.
-constexpr Micros kRestart_us = 10'000'000;
-/// Between samples further apart than this the motion is anyone's guess.
-constexpr Micros kMaxOdometryGap_us = 1'000'000;
+/// A pose of odometry, and which stretch of it: stretches are counted up where odometry began anew.
+struct OdometryPose {
+  Pose T_odom_body = Pose::Identity();
+  std::int64_t stretch = 0;
+};
 
-/// The odometry of the recent past, in ascending time; when full, the oldest sample goes.
+/// Why there is no pose for a time.
+enum class OdometryMiss : std::uint8_t {
+  kAhead,   // samples still to come may give one
+  kBefore,  // the odometry begins later
+  kGap,     // the samples around it are too far apart
+};
+
+/// What became of the samples.
+struct OdometryCounts {
+  std::int64_t late = 0;      // not newer than the newest
+  std::int64_t outliers = 0;  // stamps that those after them spoke against
+  std::int64_t anew = 0;      // times it began anew
+  std::int64_t rejected() const { return late + outliers; }
+};
+
+/// The odometry of the recent past, in ascending time; when full, the oldest sample goes. Stamps are judged by
+/// StampJudge. The odometry begins anew where its clock goes back (then everything from before is forgotten) and where
+/// it paused for more than kPause_us.
 class OdometryBuffer {
  public:
-  explicit OdometryBuffer(std::size_t capacity = 8192) : capacity_(capacity) {}
+  /// Between samples further apart than `max_gap_us` nothing is interpolated.
+  explicit OdometryBuffer(Micros max_gap_us, std::size_t capacity = 8192)
+      : max_gap_us_(max_gap_us), capacity_(capacity) {}
 
-  /// Samples that are not newer than the newest are rejected, unless time went back by more than kRestart_us: then
-  /// everything from before is forgotten. Returns whether the sample was taken.
-  bool add(const OdometrySample& sample);
+  void add(const OdometrySample& sample);
+  /// No more will come: what is kept apart is decided.
+  void finish();
 
-  /// T_odom_body at `utime_us`: the sample itself where one has that time, else interpolated between its two neighbours
-  /// (linear, slerp). nullopt outside the samples and in gaps longer than kMaxOdometryGap_us.
-  std::optional<Pose> at(Micros utime_us) const;
-  /// Whether samples still to come may give a pose for `utime_us`.
-  bool isAhead(Micros utime_us) const { return samples_.empty() || utime_us > samples_.back().utime_us; }
+  /// The pose at `utime_us`: the sample itself where one has that time, else interpolated between its two neighbours
+  /// (linear, slerp). nullopt outside the samples and in gaps.
+  std::optional<OdometryPose> at(Micros utime_us) const;
+  /// Why at() has none for this time.
+  OdometryMiss missAt(Micros utime_us) const;
+  /// Time between the samples around `utime_us`, 0 where it has not two.
+  Micros gapAround_us(Micros utime_us) const;
+
+  /// Whether it fell silent between two times: for more than a second and five of its usual intervals. Nobody knows
+  /// what became of the robot meanwhile.
+  bool fellSilent(Micros from_us, Micros to_us) const;
 
   std::size_t size() const { return samples_.size(); }
-  std::int64_t rejected() const { return rejected_; }
+  /// Time of the newest sample; nullopt when there is none.
+  std::optional<Micros> newest_us() const;
+  /// Of those believed, since the beginning.
+  std::int64_t believed() const { return believed_; }
+  Micros usualInterval_us() const { return judge_.usualInterval_us(); }
+  const OdometryCounts& counts() const { return counts_; }
 
  private:
+  struct Entry {
+    OdometrySample sample;
+    std::int64_t stretch = 0;
+  };
+  using Iterator = std::deque<Entry>::const_iterator;
+
+  void takeApart();
+  void take(const OdometrySample& sample);
+  Iterator firstNotBefore(Micros utime_us) const;
+
+  Micros max_gap_us_;
   std::size_t capacity_;
-  std::deque<OdometrySample> samples_;
-  std::int64_t rejected_ = 0;
+  StampJudge judge_;
+  std::optional<OdometrySample> apart_;
+  std::deque<Entry> samples_;
+  std::int64_t believed_ = 0;
+  OdometryCounts counts_;
 };
 
 /// The pose a share `s` (0..1) of the way from a to b: translation linear, rotation on the shorter great arc.

@@ -23,8 +23,8 @@ std::vector<Message> takeOdometry(Bus& bus, std::size_t count) {
   std::vector<Message> messages;
   const auto give_up = std::chrono::steady_clock::now() + kPatience;
   while (messages.size() < count && std::chrono::steady_clock::now() < give_up) {
-    for (Message& message : bus.take(std::chrono::milliseconds(100)).odometry) {
-      messages.push_back(std::move(message));
+    for (RawMessage& message : bus.take(std::chrono::milliseconds(100)).odometry) {
+      messages.push_back(std::move(message.bytes));
     }
   }
   return messages;

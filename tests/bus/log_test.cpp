@@ -313,5 +313,20 @@ TEST(Log, AFullDiskIsAnError) {
   EXPECT_NE((written + closed).find("No space left"), std::string::npos);
 }
 
+TEST(LogReader, EmptyEventsAndNamesBeyondAsciiAreNoDamage) {
+  const Scratch scratch;
+  std::vector<Written> events = randomEvents(40, 200, 5);
+  for (std::size_t i = 0; i < events.size(); i += 3) {
+    events[i].data.clear();
+    events[i].channel = i % 2 == 0 ? "caf\xc3\xa9" : "caf\xe9 2";
+  }
+  const std::string path = (scratch / "log.lcm").string();
+  writeLog(path, events);
+  const Read read = readLog(path);
+  EXPECT_TRUE(isExactly(read, events, allBut(events.size(), {})));
+  EXPECT_EQ(read.loss.gaps, 0);
+  EXPECT_EQ(read.loss.tail_bytes, 0);
+}
+
 }  // namespace
 }  // namespace hgg::log_test

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <numbers>
 
+#include "convert/label_ids.h"
 #include "frame_log.h"
 #include "truth/poses.h"
 
@@ -62,14 +63,44 @@ std::string tooFewRows(const fs::path& path, std::size_t rows, const NumberedFil
          " needs row " + std::to_string(file.number + 1);
 }
 
+/// Poses of the LiDAR, and whether the file had those of the camera.
+struct SensorPoses {
+  std::vector<Pose> T_world_lidar;
+  bool were_cameras = false;
+};
+
+/// Takes the poses of the file to the LiDAR where they are the camera's, as those of KITTI's downloads are.
+Result<SensorPoses> toLidar(std::vector<Pose> poses, const KittiOptions& options, const fs::path& path) {
+  const fs::path calib = options.dir / "calib.txt";
+  const bool is_given = options.pose_frame != PoseFrame::kUnknown;
+  const PoseFrame frame = is_given ? options.pose_frame : judgePoseFrame(poses);
+  if (frame == PoseFrame::kCamera) {
+    const auto T_camera_lidar = readCameraLidar(calib);
+    return T_camera_lidar
+               ? Result<SensorPoses>::ok({lidarPoses(poses, *T_camera_lidar), true})
+               : Result<SensorPoses>::fail(path.string() + " holds poses of the camera (they go along z); " +
+                                           T_camera_lidar.error +
+                                           (is_given ? "" : " (--pose-frame lidar if they are the LiDAR's)"));
+  }
+  if (frame == PoseFrame::kUnknown && path.filename() != "odometry.txt" && fs::exists(calib)) {
+    return Result<SensorPoses>::fail(
+        "it cannot be told whether " + path.string() +
+        " holds poses of the camera or of the LiDAR: --pose-frame camera or lidar says it");
+  }
+  return Result<SensorPoses>::ok({std::move(poses), false});
+}
+
 /// One pose per row, for at least all rows up to the last frame.
-Result<std::vector<Pose>> framePoses(const KittiOptions& options, const std::vector<NumberedFile>& files) {
+Result<SensorPoses> framePoses(const KittiOptions& options, const std::vector<NumberedFile>& files) {
   const fs::path path = posesPath(options);
   auto poses = readPoses(path);
-  if (poses && poses->size() <= files.back().number) {
-    return Result<std::vector<Pose>>::fail(tooFewRows(path, poses->size(), files.back()));
+  if (!poses) {
+    return Result<SensorPoses>::fail(poses.error);
   }
-  return poses;
+  if (poses->size() <= files.back().number) {
+    return Result<SensorPoses>::fail(tooFewRows(path, poses->size(), files.back()));
+  }
+  return toLidar(std::move(*poses), options, path);
 }
 
 std::vector<Micros> evenTimes(std::size_t count, double rate_hz) {
@@ -148,8 +179,8 @@ Result<std::vector<KittiFrame>> listKittiFrames(const KittiOptions& options) {
   std::vector<KittiFrame> frames;
   for (const NumberedFile& file : *files) {
     const std::string stem = file.path.stem().string();
-    frames.push_back(
-        {file.path, labels / (stem + ".label"), (*times)[file.number], (*poses)[file.number], options.elevation_deg});
+    frames.push_back({file.path, labels / (stem + ".label"), (*times)[file.number], poses->T_world_lidar[file.number],
+                      poses->were_cameras, options.learning_ids, options.elevation_deg});
     if (const std::string error = checkFiles(frames.back()); !error.empty()) {
       return Frames::fail(error);
     }
@@ -174,7 +205,8 @@ Result<std::vector<Point>> readKittiPoints(const KittiFrame& frame) {
   for (std::size_t i = 0; i < count; ++i) {
     const float* xyz = &(*cloud)[4 * i];
     const std::uint32_t word = (*words)[i];
-    points[i] = {xyz[0], xyz[1], xyz[2], word >> 16, static_cast<ClassId>(word & 0xffff)};
+    const auto label = static_cast<ClassId>(word & 0xffff);
+    points[i] = {xyz[0], xyz[1], xyz[2], word >> 16, frame.learning_ids ? rawOfLearningId(label) : label};
     lift(points[i], cosine, sine);
   }
   return Result<std::vector<Point>>::ok(std::move(points));
