@@ -58,7 +58,9 @@ Case frameAgainst(std::vector<MapNode> cars) {
   T_wrong.rotate(Eigen::AngleAxisd(0.2 * M_PI / 180, Vec3::UnitZ()));
   Pose T_before = T_wrong;
   T_before.translation().x() -= 1;
-  c.prior = *propagatePose({T_before, 1e6 * Mat6::Identity()}, T_before.inverse() * T_wrong, c.config.alignment);
+  const Pose T_before_wrong = T_before.inverse() * T_wrong;
+  c.prior = *propagatePose({T_before, 1e6 * Mat6::Identity()}, T_before_wrong,
+                           odometryNoise(T_before_wrong, c.config.alignment));
   c.local = createLocalGraph(frame, T_wrong, mapper.classes(), c.config);
   return c;
 }

@@ -1,9 +1,12 @@
 #include "alignment/align.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
+#include <numbers>
 
 #include "core/spd.h"
+#include "core/units.h"
 
 namespace hgg {
 namespace {
@@ -14,9 +17,20 @@ constexpr double kRobustScale = 2;   // standard deviations; 3 let the far face 
 constexpr double kLeafNoise = 0.01;  // m, floor of a leaf's thickness
 /// Leaves of a frame share its errors: each counts as this share of an independent one.
 constexpr double kLeafShare = 0.3;
-/// m, the largest standard deviation that regularized() loosens a leaf to. Far above leaf_gate, so that it only keeps
-/// the numbers in range; chosen by hand.
+/// m, the largest standard deviation that a leaf is loosened to along its surface. Far above leaf_gate, so that it only
+/// keeps the numbers in range; chosen by hand.
 constexpr double kLoosest = 5;
+/// Until its points say otherwise a leaf is a ball of this standard deviation, as a share of the leaf size, worth this
+/// many points.
+constexpr double kUnseenShare = 0.5, kUnseenPoints = 2;
+/// Powers of a leaf's flatness by which it is looser along its surface than across: of one leaf, and of a pair.
+constexpr int kLeafPower = 2, kPairPower = 3;
+
+/// 95 % of true priors surprise less (chi-square of three degrees of freedom, divided by three).
+constexpr double kSurprising = 2.6;
+/// A pose rests when a round moves it by less: m, rad.
+constexpr double kRests = 0.01, kRestsTurn = 0.1 * kDegree;
+constexpr int kMostRounds = 8;  // what converges does so in three or four
 
 std::vector<GaussianPair> objectGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                           double sigma_floor) {
@@ -59,8 +73,49 @@ std::vector<GaussianPair> edgeGaussians(const LocalGraph& local, const Map& map,
   return gaussians;
 }
 
+/// `cov` with each variance lambda_k times (lambda_k / lambda_min)^power.
+Mat3 loosened(const Mat3& cov, int power) {
+  const Eigen3 e = eigenSymmetric(cov);
+  Vec3 variances = e.values;
+  for (int k = 0; k < 3; ++k) {
+    const double flatness = e.values[k] / e.values[0];
+    for (int i = 0; i < power; ++i) {
+      variances[k] *= flatness;
+    }
+    variances[k] = std::min(variances[k], std::max(kLoosest * kLoosest, e.values[k]));
+  }
+  return e.vectors * variances.asDiagonal() * e.vectors.transpose();
+}
+
+/// The extent of a leaf as far as its points can tell it.
+Mat3 extentOf(const Belief& leaf, double leaf_size) {
+  const double unseen = kUnseenShare * leaf_size;
+  return (leaf.kappa * leaf.cov + kUnseenPoints * unseen * unseen * Mat3::Identity()) / (leaf.kappa + kUnseenPoints);
+}
+
+/// The covariance under which the means of two leaves differ, both turned into the map. The sum is loosened, and not
+/// each leaf: loosened leaves whose normals differ a little would hold each other where their surfaces intersect.
+Mat3 pairCovariance(const Belief& seen, const Belief& known, const Mat3& R_map_body, double leaf_size) {
+  const Mat3 sum = R_map_body * extentOf(seen, leaf_size) * R_map_body.transpose() + extentOf(known, leaf_size);
+  return loosened(withFloor(sum, std::numbers::sqrt2 * kLeafNoise), kPairPower);
+}
+
+/// Leaf pairs of which both leaves have points enough to have an extent.
+std::vector<LeafPair> withExtent(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
+                                 std::vector<LeafPair> leaf_pairs) {
+  std::erase_if(leaf_pairs, [&](const LeafPair& match) {
+    const ObjectPair& pair = pairs[static_cast<std::size_t>(match.pair)];
+    const auto& leaves = local.objects[static_cast<std::size_t>(pair.local)].leaves;
+    const Leaf& known = leavesOf(*map.find(pair.map))[static_cast<std::size_t>(match.map)];
+    return !hasExtent(leaves[static_cast<std::size_t>(match.local)]) || !hasExtent(unpackLeaf(known));
+  });
+  return leaf_pairs;
+}
+
+/// Leaf pairs as registration takes them; `T_map_body` is near the solution.
 std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
-                                        const std::vector<LeafPair>& leaf_pairs) {
+                                        const std::vector<LeafPair>& leaf_pairs, const Pose& T_map_body,
+                                        double leaf_size) {
   std::vector<GaussianPair> gaussians;
   gaussians.reserve(leaf_pairs.size());
   std::vector<const MapNode*> nodes;
@@ -73,7 +128,8 @@ std::vector<GaussianPair> leafGaussians(const LocalGraph& local, const Map& map,
     const MapNode& node = *nodes[p];
     const Belief seen = transform(object.T_body_object, object.leaves[static_cast<std::size_t>(match.local)]);
     const Belief known = transform(node.T_map_object, unpackLeaf(leavesOf(node)[static_cast<std::size_t>(match.map)]));
-    gaussians.push_back({seen.mean, regularized(seen.cov), known.mean, regularized(known.cov)});
+    gaussians.push_back(
+        {seen.mean, Mat3::Zero(), known.mean, pairCovariance(seen, known, T_map_body.linear(), leaf_size)});
   }
   return gaussians;
 }
@@ -101,6 +157,53 @@ Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
   return split;
 }
 
+/// How far `T_map_body` is from the prior: the squared Mahalanobis distance of its position or its turn, whichever is
+/// larger, divided by its three degrees of freedom. About one where the prior is true.
+double surpriseOf(const PoseBelief& prior, const Pose& T_map_body) {
+  const Vec6 off = localCoordinates(T_map_body, prior.T_map_body);
+  const Mat6 cov = prior.information.inverse();
+  const Vec3 position = off.head<3>(), turn = off.tail<3>();
+  return std::max(position.dot(cov.topLeftCorner<3, 3>().inverse() * position),
+                  turn.dot(cov.bottomRightCorner<3, 3>().inverse() * turn)) /
+         3;
+}
+
+/// What the alignment of leaves comes to.
+struct FineAlignment {
+  Registration found;
+  PoseBelief prior;  // as far as it was believed
+  std::size_t leaf_pairs = 0;
+  Fit fit;
+};
+
+/// The fine stage. Where it ends at a pose that the prior finds surprising, leaves were too far from their partners to
+/// find all of them, and the prior was surer than it should be: its covariance is raised to what was found, and leaves
+/// are paired again from there until the pose rests.
+FineAlignment alignLeaves(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
+                          const PoseBelief& prior, const Pose& T_start, const Config& config) {
+  FineAlignment fine{{T_start, Mat6::Zero(), false}, prior, 0, {}};
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Pose T_before = fine.found.T_map_body;
+    const std::vector<LeafPair> leaves =
+        withExtent(local, map, pairs,
+                   fineCorrespondence(local, map, pairs, T_before, config.alignment, config.creation.sigma_floor));
+    const std::vector<GaussianPair> gaussians =
+        leafGaussians(local, map, pairs, leaves, T_before, config.map.leaf_size);
+    fine.found = registerPairs(gaussians, kLeafShare, fine.prior, T_before, kRobustScale);
+    fine.leaf_pairs = leaves.size();
+    const std::size_t stride = leafStride(local, pairs, config.alignment.max_leaf_pairs);
+    fine.fit = fitOf(local, pairs, leaves, gaussians, stride, fine.found.T_map_body);
+    const double surprise = surpriseOf(prior, fine.found.T_map_body);
+    const Vec6 step = localCoordinates(fine.found.T_map_body, T_before);
+    const bool rests = step.head<3>().norm() < kRests && step.tail<3>().norm() < kRestsTurn;
+    if (surprise < kSurprising || (round > 0 && rests)) {
+      break;
+    }
+    fine.prior.information = prior.information / surprise;
+  }
+  return fine;
+}
+
 }  // namespace
 
 const char* nameOf(PoseSource source) {
@@ -115,15 +218,7 @@ const char* nameOf(PoseSource source) {
   return "";
 }
 
-Mat3 regularized(const Mat3& cov) {
-  const Eigen3 e = eigenSymmetric(withFloor(cov, kLeafNoise));
-  Vec3 variances;
-  for (int k = 0; k < 3; ++k) {
-    const double flatness = e.values[k] / e.values[0];
-    variances[k] = std::min(e.values[k] * flatness * flatness, std::max(kLoosest * kLoosest, e.values[k]));
-  }
-  return e.vectors * variances.asDiagonal() * e.vectors.transpose();
-}
+Mat3 regularized(const Mat3& cov) { return loosened(withFloor(cov, kLeafNoise), kLeafPower); }
 
 Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config) {
   Alignment alignment;
@@ -137,15 +232,15 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   const auto edges = edgeGaussians(local, map, alignment.pairs, config.creation.sigma_floor);
   objects.insert(objects.end(), edges.begin(), edges.end());
   Registration found = registerPairs(objects, 1, prior, prior.T_map_body, kRobustScale);
-  const auto leaves =
-      fineCorrespondence(local, map, alignment.pairs, found.T_map_body, config.alignment, config.creation.sigma_floor);
-  found = registerPairs(leafGaussians(local, map, alignment.pairs, leaves), kLeafShare, prior, found.T_map_body,
-                        kRobustScale);
-  alignment.leaf_pairs = leaves.size();
-  const Split split = splitDirections(found.information, prior.information);
+  const FineAlignment fine = alignLeaves(local, map, alignment.pairs, prior, found.T_map_body, config);
+  found = fine.found;
+  alignment.leaf_pairs = fine.leaf_pairs;
+  alignment.fit = fine.fit;
+  alignment.innovation = localCoordinates(found.T_map_body, prior.T_map_body);
+  const Split split = splitDirections(found.information, fine.prior.information);
   alignment.pose.T_map_body =
       retract(prior.T_map_body, split.kept * localCoordinates(found.T_map_body, prior.T_map_body));
-  alignment.pose.information = prior.information + split.information;
+  alignment.pose.information = fine.prior.information + split.information;
   alignment.degenerate_directions = split.degenerate;
   alignment.source = alignment.leaf_pairs == 0  ? PoseSource::kOdometry
                      : split.degenerate.empty() ? PoseSource::kAligned

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "alignment/correspondence.h"
+#include "alignment/fit.h"
 #include "alignment/registration.h"
 
 namespace hgg {
@@ -20,6 +21,9 @@ struct Alignment {
   PoseBelief pose;  // T_fine; its information is the prior's plus that of the pairs, but in degenerate directions
   std::vector<ObjectPair> pairs;
   std::size_t leaf_pairs = 0;
+  Fit fit;
+  /// From the prior to where the pairs would have the pose (tangent at the prior): m, rad.
+  Vec6 innovation = Vec6::Zero();
   /// Unit directions of the pose's tangent in which the map knows less than odometry; there the pose is odometry's.
   std::vector<Vec6> degenerate_directions;
   PoseSource source = PoseSource::kOdometry;
@@ -29,9 +33,9 @@ struct Alignment {
 /// edges, then over the leaves of matched objects. `prior` is what odometry predicts.
 Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior, const Config& config);
 
-/// The covariance under which a leaf of covariance `cov` is matched (m^2). Where on its surface a leaf has its mean is
-/// chance, so the flatter a leaf is, the less it says along its surface: each variance lambda_k becomes lambda_k^3 /
-/// lambda_min^2, which keeps the thickness of a plane and the extent of a ball.
+/// The covariance of a leaf of covariance `cov` when it is matched by itself (m^2). Where on its surface a leaf has its
+/// mean is chance, so the flatter a leaf is, the less it says along its surface: each variance lambda_k becomes
+/// lambda_k^3 / lambda_min^2, which keeps the thickness of a plane and the extent of a ball.
 Mat3 regularized(const Mat3& cov);
 
 }  // namespace hgg

@@ -95,16 +95,6 @@ std::vector<Candidate> thingCandidates(const LocalGraph& local, const std::vecto
   return candidates;
 }
 
-/// Leaves of the frame that take part: every `stride`-th, so that the cost of a frame is bounded.
-std::size_t strideOf(const LocalGraph& local, const std::vector<ObjectPair>& pairs, int at_most) {
-  std::size_t leaves = 0;
-  for (const ObjectPair& pair : pairs) {
-    leaves += local.objects[static_cast<std::size_t>(pair.local)].leaves.size();
-  }
-  const auto most = static_cast<std::size_t>(at_most);
-  return std::max<std::size_t>(1, (leaves + most - 1) / most);
-}
-
 /// A leaf is matched to one of this many nearest leaves, so that the assignment has a choice where two want the same
 /// one. Chosen by hand, not measured.
 constexpr std::size_t kNearestLeaves = 4;
@@ -172,10 +162,19 @@ class StructureCost {
 
 }  // namespace
 
+std::size_t leafStride(const LocalGraph& local, const std::vector<ObjectPair>& pairs, int at_most) {
+  std::size_t leaves = 0;
+  for (const ObjectPair& pair : pairs) {
+    leaves += local.objects[static_cast<std::size_t>(pair.local)].leaves.size();
+  }
+  const auto most = static_cast<std::size_t>(at_most);
+  return std::max<std::size_t>(1, (leaves + most - 1) / most);
+}
+
 std::vector<LeafPair> fineCorrespondence(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                                          const Pose& T_map_body, const AlignmentConfig& config, double sigma_floor) {
   const auto gate = static_cast<float>(config.leaf_gate);
-  const std::size_t stride = strideOf(local, pairs, config.max_leaf_pairs);
+  const std::size_t stride = leafStride(local, pairs, config.max_leaf_pairs);
   std::vector<LeafPair> rows;      // leaves of the frame that take part
   std::vector<int> first_columns;  // of a pair's node: a column stands for one leaf
   std::vector<Candidate> candidates;

@@ -21,6 +21,10 @@ struct LeafPair {
   int local = 0, map = 0;  // indices into the leaves of the two objects
 };
 
+/// Fine correspondence looks at every so many leaves of the frame, so that at most `at_most` of those in matched
+/// objects take part, spread evenly over it.
+std::size_t leafStride(const LocalGraph& local, const std::vector<ObjectPair>& pairs, int at_most);
+
 /// Fine correspondence C^g at a given pose, inside matched objects only. A leaf of the frame pairs with one of the
 /// nearest leaves of its object's node within `leaf_gate`, one-to-one and with the least sum of a |du|^2 + (1 - a)
 /// D_WL; a is `leaf_geometry_share`. At most `max_leaf_pairs` leaves of the frame are looked at, spread evenly over it.

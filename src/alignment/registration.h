@@ -8,8 +8,8 @@
 
 namespace hgg {
 
-/// A Gaussian of the frame (body frame) and the Gaussian of the map (map frame) that it is matched with. Covariances
-/// are positive-definite (floored), m^2.
+/// A Gaussian of the frame (body frame) and the Gaussian of the map (map frame) that it is matched with. Their
+/// sum is positive-definite (floored), m^2; one of them may be zero where the other holds what is known of both.
 struct GaussianPair {
   Vec3 mean_body = Vec3::Zero();
   Mat3 cov_body = Mat3::Identity();

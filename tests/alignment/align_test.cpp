@@ -4,6 +4,7 @@
 
 #include <Eigen/QR>
 
+#include "alignment/places.h"
 #include "alignment/propagation.h"
 #include "core/units.h"
 #include "creation/object_graph.h"
@@ -12,49 +13,6 @@
 
 namespace hgg::align_test {
 namespace {
-
-/// Surfaces seen from the body, resampled for every frame, with 1 cm of noise.
-class Place {
- public:
-  explicit Place(unsigned seed) : random_(seed) {}
-
-  /// A rectangle corner + [0, 1] u + [0, 1] v of the map frame, `density` points a square metre.
-  void addPatch(ClassId label, const Vec3& corner, const Vec3& u, const Vec3& v, double density = 150) {
-    patches_.push_back({label, corner, u, v, static_cast<int>(density * u.cross(v).norm())});
-  }
-  void addBlock(ClassId label, const Vec3& corner, const Vec3& size) {
-    const Vec3 x(size.x(), 0, 0), y(0, size.y(), 0), z(0, 0, size.z());
-    addPatch(label, corner, x, z);
-    addPatch(label, corner, y, z);
-    addPatch(label, corner + y, x, z);
-    addPatch(label, corner + x, y, z);
-    addPatch(label, corner + z, x, y);
-  }
-
-  /// What is between 1 and `range` m from the body, in every direction.
-  Frame seenFrom(const Pose& T_map_body, Micros utime_us, double range = 12) {
-    Frame frame{utime_us, T_map_body, {}};
-    for (const Patch& patch : patches_) {
-      for (int i = 0; i < patch.points; ++i) {
-        const Vec3 p_map = patch.corner + uniform(random_, 0, 1) * patch.u + uniform(random_, 0, 1) * patch.v;
-        const Vec3 p = T_map_body.inverse() * (p_map + randomVector(random_, 0.01));
-        if (p.norm() > 1 && p.norm() < range) {
-          frame.points.push_back(pointAt(p, patch.label));
-        }
-      }
-    }
-    return frame;
-  }
-
- private:
-  struct Patch {
-    ClassId label;
-    Vec3 corner, u, v;
-    int points;
-  };
-  std::vector<Patch> patches_;
-  std::mt19937 random_;
-};
 
 Place corridor() {
   Place place(1);
@@ -70,28 +28,15 @@ Place openField() {
   return place;
 }
 
-Place carPark() {
-  Place place(3);
-  place.addPatch(kRoad, Vec3(-15, -15, -1), Vec3(30, 0, 0), Vec3(0, 30, 0), 60);
-  place.addBlock(kCar, Vec3(4, 3, -1), Vec3(4, 1.8, 1.5));
-  place.addBlock(kCar, Vec3(-7, 4, -1), Vec3(1.8, 4, 1.4));
-  place.addBlock(kPole, Vec3(3, -5, -1), Vec3(0.2, 0.2, 3));
-  place.addBlock(kCar, Vec3(-5, -6, -1), Vec3(4, 1.8, 1.5));
-  return place;
-}
-
-Pose at(double x, double y, double yaw_deg = 0) {
-  Pose T = Pose::Identity();
-  T.translation() = Vec3(x, y, 0);
-  T.rotate(Eigen::AngleAxisd(yaw_deg * kDegree, Vec3::UnitZ()));
-  return T;
-}
-
 /// A map made at true poses along x from -1 to 0, and the alignment of a frame at `T_true` with the odometry `T_wrong`.
 struct Trial {
   Alignment alignment;
   PoseBelief prior;
 };
+
+PoseBelief propagated(const PoseBelief& last, const Pose& T_last_body, const AlignmentConfig& config) {
+  return *propagatePose(last, T_last_body, odometryNoise(T_last_body, config));
+}
 
 Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
   Config config;
@@ -102,7 +47,7 @@ Trial alignIn(Place place, const Pose& T_true, const Pose& T_wrong) {
   }
   const Frame frame = place.seenFrom(T_true, 600'000);
   const PoseBelief last{at(-0.2, 0), 1e6 * Mat6::Identity()};
-  Trial trial{{}, *propagatePose(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
+  Trial trial{{}, propagated(last, last.T_map_body.inverse() * T_wrong, config.alignment)};
   const LocalGraph local = createLocalGraph(frame, T_wrong, testClasses(), config);
   trial.alignment = align(local, mapper.map(), trial.prior, config);
   return trial;
@@ -264,7 +209,7 @@ TEST(Align, TheFarFaceOfAWallDoesNotPullThePose) {
   for (int i = 0; i < 5; ++i) {
     mapper.step(before.seenFrom(at(-1 + 0.2 * i, 0), 100'000 * (i + 1)));
   }
-  const PoseBelief prior = *propagatePose({at(-0.2, 0), 1e6 * Mat6::Identity()}, at(0.2, 0), config.alignment);
+  const PoseBelief prior = propagated({at(-0.2, 0), 1e6 * Mat6::Identity()}, at(0.2, 0), config.alignment);
   const LocalGraph local = createLocalGraph(now.seenFrom(at(0, 0), 600'000), prior.T_map_body, testClasses(), config);
   const Alignment alignment = align(local, mapper.map(), prior, config);
   EXPECT_LT(std::abs(alignment.pose.T_map_body.translation().y()), 0.01);
@@ -322,7 +267,7 @@ TEST(Align, DuplicateMapObjectsDoNotHarm) {
   }
   map.apply(std::move(update));
   const Frame frame = place.seenFrom(at(0.2, 0), 500'000);
-  const PoseBelief prior = *propagatePose({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
+  const PoseBelief prior = propagated({at(0, 0), 1e6 * Mat6::Identity()}, at(0.22, 0.02, 0.2), config.alignment);
   const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
   const Alignment alignment = align(local, map, prior, config);
   EXPECT_LT(localCoordinates(alignment.pose.T_map_body, at(0.2, 0)).head<3>().norm(), 0.015);

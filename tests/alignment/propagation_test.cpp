@@ -29,7 +29,7 @@ TEST(PredictPose, CarriesUncertaintyAsSmallChangesOfTheLastPoseDo) {
     Pose T_last_body = Pose::Identity();
     T_last_body.translation() = randomVector(random, 3);
     T_last_body.rotate(Eigen::AngleAxisd(uniform(random, -1.5, 1.5), randomVector(random, 1).normalized()));
-    const PoseBelief next = *propagatePose(last, T_last_body, exactOdometry());
+    const PoseBelief next = *propagatePose(last, T_last_body, odometryNoise(T_last_body, exactOdometry()));
     EXPECT_LT(localCoordinates(next.T_map_body, last.T_map_body * T_last_body).norm(), 1e-12);
     constexpr double kStep = 1e-6;
     Mat6 F;  // numeric: how the next pose moves with the last one
@@ -49,7 +49,7 @@ TEST(PredictPose, GrowsWithTheWayAndTheTurn) {
   far.translation().x() = 10;
   turned.rotate(Eigen::AngleAxisd(1, Vec3::UnitZ()));
   const auto deviations = [&](const Pose& motion) -> Vec6 {
-    return propagatePose(start, motion, {})->information.inverse().diagonal().cwiseSqrt();
+    return propagatePose(start, motion, odometryNoise(motion, {}))->information.inverse().diagonal().cwiseSqrt();
   };
   EXPECT_NEAR(deviations(far)[0], 0.03 * 10 + 0.01, 0.01);  // the defaults
   EXPECT_LT(deviations(near)[0], 0.02);
@@ -59,7 +59,7 @@ TEST(PredictPose, GrowsWithTheWayAndTheTurn) {
 TEST(PredictPose, ARobotAtRestForADayStillKnowsWhereItIs) {
   PoseBelief pose = startPose(Pose::Identity(), true);
   for (int frame = 0; frame < 864'000; ++frame) {
-    pose = *propagatePose(pose, Pose::Identity(), {});
+    pose = *propagatePose(pose, Pose::Identity(), odometryNoise(Pose::Identity(), {}));
   }
   const Vec6 deviations = pose.information.inverse().diagonal().cwiseSqrt();
   EXPECT_LT(deviations.head<3>().maxCoeff(), 0.1);
@@ -70,9 +70,9 @@ TEST(PredictPose, AMotionNoRobotMakesIsNone) {
   const PoseBelief start = startPose(Pose::Identity(), true);
   Pose glitch = Pose::Identity();
   glitch.translation().x() = 1e7;
-  EXPECT_FALSE(propagatePose(start, glitch, {}));
+  EXPECT_FALSE(propagatePose(start, glitch, odometryNoise(glitch, {})));
   glitch.translation().x() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_FALSE(propagatePose(start, glitch, {}));
+  EXPECT_FALSE(propagatePose(start, glitch, odometryNoise(glitch, {})));
 }
 
 }  // namespace
