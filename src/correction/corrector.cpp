@@ -61,18 +61,31 @@ MapDelta Corrector::bringBackAround(Map& map, const Vec3& p_map) {
 }
 
 std::optional<NewKeyframe> Corrector::decideKeyframe(const Map& map, const LocalGraph& local,
-                                                     const Alignment& alignment, const Pose& T_last_body,
-                                                     bool is_jump) {
+                                                     const Alignment& alignment, const Pose& T_last_body, bool is_jump,
+                                                     const NoiseScale& odometry) {
   const double leaf_size = config_.map.leaf_size;
   const Pose& T_map_body = alignment.pose.T_map_body;
   ++frames_;
-  travel_ = propagateTravel(travel_, T_last_body, alignment, is_jump, config_.alignment, leaf_size);
+  travel_ = propagateTravel(travel_, T_last_body, alignment, is_jump, scaled(config_.alignment, odometry), leaf_size);
   if (!map.keyframes().needsOne(T_map_body)) {
     return std::nullopt;
   }
   const Travel travel = std::exchange(travel_, {});
   return NewKeyframe{{local.utime_us, T_map_body},
                      betweenConstraints(T_map_body, map, local, alignment, travel, leaf_size)};
+}
+
+MapDelta Corrector::beginFragment(Map& map, Micros utime_us, const Pose& T_map_body) {
+  if (!canJoinFragments()) {
+    return {};
+  }
+  MapUpdate update;
+  update.keyframe = {{utime_us, T_map_body}, {looseConstraint(map, T_map_body)}};
+  travel_ = {};
+  frames_ = 0;
+  pose_window_ = {};
+  geometry_window_ = {};
+  return map.apply(std::move(update));
 }
 
 Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local,
@@ -132,11 +145,11 @@ void Corrector::closeLoop(Map& map, Correction& correction) {
   if (const auto loop = loops_.step(map)) {
     apply(map, *loop, correction);
   }
-  if (const auto& keyframe = loops_.picked()) {
-    const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(keyframe->id)].T_map_body;
+  for (const LoopKeyframe& keyframe : loops_.picked()) {
+    const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(keyframe.id)].T_map_body;
     bringBackInto(correction, map, T_map_keyframe.translation(), loops_.placeRadius());
-    loops_.startVerification(map);
   }
+  loops_.startVerification(map);
 }
 
 void Corrector::bringBackInto(Correction& correction, Map& map, const Vec3& centre, double radius) {

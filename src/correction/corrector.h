@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "alignment/align.h"
+#include "alignment/odometry_trust.h"
 #include "config.h"
 #include "core/classes.h"
 #include "correction/between.h"
@@ -46,7 +47,13 @@ class Corrector {
   /// map update that carries it. T_last_body is the motion since the last frame; `is_jump`: odometry gave no usable
   /// one.
   std::optional<NewKeyframe> decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,
-                                            const Pose& T_last_body, bool is_jump);
+                                            const Pose& T_last_body, bool is_jump, const NoiseScale& odometry);
+
+  /// The robot is somewhere unknown: begins a new fragment of map at a keyframe that is tied to the last one as loosely
+  /// as that. Everything from before is out of reach until loop closure recognises it.
+  MapDelta beginFragment(Map& map, Micros utime_us, const Pose& T_map_body);
+  /// Whether fragments can be joined again: they are by loop closure.
+  bool canJoinFragments() const { return config_.correction.loop_closure; }
 
   /// Corrects the map after a frame's update, `updated` being what that changed. Without a keyframe only pending merges
   /// are worked off.

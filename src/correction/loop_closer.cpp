@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <span>
 #include <utility>
 
 #include "core/se3.h"
 #include "correction/pose_graph.h"
+#include "place/consistency.h"
 
 namespace hgg {
 namespace {
@@ -40,8 +42,9 @@ bool isElsewhere(const Pose& a, const Pose& b) {
 
 /// Moves the keyframes there are now as the loop moves those the candidate knew: other corrections may have moved them
 /// since.
-MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const BetweenConstraint& loop) {
-  MapCorrection correction{{}, {loop}};
+MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, std::vector<BetweenConstraint> loops) {
+  MapCorrection correction;
+  correction.loops = std::move(loops);
   const std::vector<TimedPose>& now = map.keyframes().poses();
   for (std::size_t k = 0; k < now.size(); ++k) {
     const Pose T_map_body = orthonormalized(moves[std::min(k, moves.size() - 1)] * now[k].T_map_body);
@@ -52,10 +55,69 @@ MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, const
   return correction;
 }
 
-/// Whether the pose graph has found poses at all and gives the newest loop enough weight.
-bool isTrusted(const PoseGraphSolution& solved) {
+/// Whether the pose graph has found poses at all and gives each of the newest loops enough weight.
+bool isTrusted(const PoseGraphSolution& solved, std::size_t newest) {
   return std::isfinite(solved.cost_after) && (solved.converged || solved.cost_after < solved.cost_before) &&
-         !solved.loop_weights.empty() && solved.loop_weights.back() > kTrusted;
+         solved.loop_weights.size() >= newest &&
+         std::all_of(solved.loop_weights.end() - static_cast<std::ptrdiff_t>(newest), solved.loop_weights.end(),
+                     [](double weight) { return weight > kTrusted; });
+}
+
+/// Where the solver starts: a fragment of map whose place was unknown is laid, as a whole, where the loop says. The
+/// turn may be of any size, which is too far for a solver that goes by derivatives.
+std::vector<Pose> startOf(const KeyframeGraph& graph, const BetweenConstraint& loop) {
+  std::vector<Pose> poses = posesOf(graph);
+  const std::vector<KeyframeId> fragments = graph.fragments();
+  const auto a = static_cast<std::size_t>(loop.a), b = static_cast<std::size_t>(loop.b);
+  if (fragments[a] == fragments[b]) {
+    return poses;
+  }
+  const Pose T_here_there = poses[a] * loop.T_a_b * poses[b].inverse();
+  const bool moves_a = fragments[b] == 0;  // the first keyframe is where the map's frame is
+  const KeyframeId moving = fragments[moves_a ? a : b];
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    if (fragments[k] == moving) {
+      poses[k] = orthonormalized((moves_a ? T_here_there.inverse() : T_here_there) * poses[k]);
+    }
+  }
+  return poses;
+}
+
+/// How the keyframes move by the pose graph with new loops in it, T_map_map; empty when it does not trust them.
+std::vector<Pose> movesBy(KeyframeGraph graph, std::span<const BetweenConstraint> loops) {
+  const std::vector<Pose> before = posesOf(graph), start = startOf(graph, loops.front());
+  for (const BetweenConstraint& loop : loops) {
+    graph.connect(loop);
+  }
+  const PoseGraphSolution solved = solvePoseGraph(start, graph.edges());
+  std::vector<Pose> moves;
+  for (std::size_t k = 0; k < before.size() && isTrusted(solved, loops.size()); ++k) {
+    moves.push_back(orthonormalized(solved.poses[k] * before[k].inverse()));
+  }
+  return moves;
+}
+
+/// The candidate whose places were recognised with the best score, else the last one looked at. Candidates that are
+/// recognised at different places rule each other out.
+std::pair<LoopVerification, const LoopCandidate*> recognise(const std::vector<LoopCandidate>& candidates,
+                                                            const std::vector<SimilarClasses>& similar,
+                                                            const LoopConfig& config) {
+  std::pair<LoopVerification, const LoopCandidate*> best;
+  for (const LoopCandidate& candidate : candidates) {
+    LoopVerification found = verifyLoop(candidate, similar, config);
+    const Vec3& centre = candidate.prior.centre_b;
+    const bool both = best.second != nullptr && best.first.alignment.accepted && found.alignment.accepted;
+    if (both && areDistinct(best.first.alignment.T_a_b, found.alignment.T_a_b, centre)) {
+      found.alignment.accepted = false;
+      found.alignment.reason = "ambiguous: recognised at two places";
+      return {found, &candidate};
+    }
+    if (best.second == nullptr || !best.first.alignment.accepted ||
+        (found.alignment.accepted && found.alignment.score > best.first.alignment.score)) {
+      best = {std::move(found), &candidate};
+    }
+  }
+  return best;
 }
 
 LoopRecord failedRecord(Micros before_us, Micros now_us, const std::exception& error) {
@@ -67,12 +129,12 @@ LoopRecord failedRecord(Micros before_us, Micros now_us, const std::exception& e
 
 }  // namespace
 
-LoopCloser::Outcome LoopCloser::verify(const LoopCandidate& candidate, KeyframeGraph graph,
+LoopCloser::Outcome LoopCloser::verify(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
                                        const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
-  const LoopVerification found = verifyLoop(candidate, similar, config);
-  Outcome outcome{found.loop, {}, {}};
-  outcome.record = {candidate.keyframe_before.utime_us,
-                    candidate.keyframe_now.utime_us,
+  const auto& [found, candidate] = recognise(candidates, similar, config);
+  Outcome outcome{{found.loop, found.deviations}, found.alignment.accepted, {}, {}};
+  outcome.record = {candidate->keyframe_before.utime_us,
+                    candidate->keyframe_now.utime_us,
                     found.alignment.accepted,
                     found.alignment.score,
                     found.deviations,
@@ -85,26 +147,21 @@ LoopCloser::Outcome LoopCloser::verify(const LoopCandidate& candidate, KeyframeG
   if (!outcome.record.accepted) {
     return outcome;
   }
-  graph.connect(found.loop);
-  const std::vector<Pose> poses = posesOf(graph);
-  const PoseGraphSolution solved = solvePoseGraph(poses, graph.edges());
-  if (isTrusted(solved)) {
-    for (std::size_t k = 0; k < poses.size(); ++k) {
-      outcome.moves.push_back(orthonormalized(solved.poses[k] * poses[k].inverse()));
-    }
-  } else {
+  outcome.moves = movesBy(std::move(graph), {&found.loop, 1});
+  if (outcome.moves.empty()) {
     outcome.record.accepted = false;
     outcome.record.reason = "the other keyframes speak against it: " + outcome.record.reason;
   }
   return outcome;
 }
 
-LoopCloser::Outcome LoopCloser::verifySafely(const LoopCandidate& candidate, KeyframeGraph graph,
+LoopCloser::Outcome LoopCloser::verifySafely(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
                                              const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
   try {
-    return verify(candidate, std::move(graph), similar, config);
+    return verify(candidates, std::move(graph), similar, config);
   } catch (const std::exception& error) {
-    return {{}, failedRecord(candidate.keyframe_before.utime_us, candidate.keyframe_now.utime_us, error), {}};
+    const LoopCandidate& first = candidates.front();
+    return {{}, false, failedRecord(first.keyframe_before.utime_us, first.keyframe_now.utime_us, error), {}};
   }
 }
 
@@ -135,7 +192,7 @@ std::optional<MapCorrection> LoopCloser::step(const Map& map) {
   descriptors_.back() = describePlace(map, here, config_.descriptor_radius);
   auto correction = isVerificationDue(map) ? finish(map) : std::nullopt;
   if (!correction && !verification_.valid()) {
-    picked_ = findLoopKeyframe(map, descriptors_, config_);
+    picked_ = findLoopKeyframes(map, descriptors_, config_);
   }
   return correction;
 }
@@ -145,28 +202,45 @@ std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
     return std::nullopt;
   }
   Outcome outcome = verification_.get();
-  if (outcome.record.accepted && !agreesWithPrevious(map, outcome.loop)) {
-    outcome.record.accepted = false;
-    outcome.record.reason = "not seen twice yet: " + outcome.record.reason;
+  std::optional<MapCorrection> correction;
+  if (outcome.is_recognised) {
+    agreement_.add(outcome.verified);
+    const bool is_confirmed = !agreement_.agreeingWithNewest(map.keyframes()).empty();
+    if (outcome.record.accepted && is_confirmed) {
+      correction = correctionOf(outcome.moves, map, {outcome.verified.loop});
+    } else if (correction = overruled(map); correction) {
+      outcome.record.reason = "three loops agree against what was believed: " + outcome.record.reason;
+    } else if (outcome.record.accepted) {
+      outcome.record.reason = "not seen twice yet: " + outcome.record.reason;
+    }
+    outcome.record.accepted = correction.has_value();
+  }
+  if (correction) {
+    agreement_.clear();
   }
   record(outcome.record);
-  return outcome.record.accepted ? std::optional(correctionOf(outcome.moves, map, outcome.loop)) : std::nullopt;
+  return correction;
 }
 
-bool LoopCloser::agreesWithPrevious(const Map& map, const BetweenConstraint& loop) {
-  const auto before = std::exchange(previous_, loop);
-  if (!before) {
-    return false;
+std::optional<MapCorrection> LoopCloser::overruled(const Map& map) const {
+  const std::vector<VerifiedLoop> loops = agreement_.overruling(map.keyframes());
+  if (loops.empty()) {
+    return std::nullopt;
   }
-  const auto poseOf = [&](KeyframeId id) { return map.keyframes().poses()[static_cast<std::size_t>(id)].T_map_body; };
-  const Pose expected =
-      poseOf(loop.a).inverse() * poseOf(before->a) * before->T_a_b * poseOf(before->b).inverse() * poseOf(loop.b);
-  const Pose off = expected.inverse() * loop.T_a_b;
-  const bool agrees = off.translation().norm() < config_.agree_distance && turnOf(off) < config_.agree_turn;
-  if (agrees) {
-    previous_.reset();
+  KeyframeGraph graph = map.keyframes();
+  const Loosening loosening = looseningFor(loops);
+  graph.loosen(loosening);
+  std::vector<BetweenConstraint> constraints;
+  for (const VerifiedLoop& verified : loops) {
+    constraints.push_back(verified.loop);
   }
-  return agrees;
+  const std::vector<Pose> moves = movesBy(std::move(graph), constraints);
+  if (moves.empty()) {
+    return std::nullopt;
+  }
+  MapCorrection correction = correctionOf(moves, map, std::move(constraints));
+  correction.loosened = loosening;
+  return correction;
 }
 
 void LoopCloser::record(const LoopRecord& record) {
@@ -178,15 +252,18 @@ void LoopCloser::record(const LoopRecord& record) {
 }
 
 void LoopCloser::startVerification(const Map& map) {
-  const auto keyframe = std::exchange(picked_, std::nullopt);
-  if (!keyframe) {
-    return;
-  }
+  const std::vector<LoopKeyframe> keyframes = std::exchange(picked_, {});
   try {
-    if (auto candidate = cutLoopCandidate(map, *keyframe, config_)) {
+    std::vector<LoopCandidate> candidates;
+    for (const LoopKeyframe& keyframe : keyframes) {
+      if (auto candidate = cutLoopCandidate(map, keyframe, config_)) {
+        candidates.push_back(std::move(*candidate));
+      }
+    }
+    if (!candidates.empty()) {
       verification_ = std::async(std::launch::async,
-                                 [candidate = std::move(*candidate), graph = map.keyframes(), similar = similar_,
-                                  config = config_] { return verifySafely(candidate, graph, similar, config); });
+                                 [candidates = std::move(candidates), graph = map.keyframes(), similar = similar_,
+                                  config = config_] { return verifySafely(candidates, graph, similar, config); });
       candidate_at_ = map.keyframes().last();
     }
   } catch (const std::exception& error) {  // no memory, no thread

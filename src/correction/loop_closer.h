@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/classes.h"
+#include "correction/loop_agreement.h"
 #include "correction/loop_closure.h"
 #include "map/map.h"
 
@@ -28,12 +29,13 @@ struct LoopRecord {
   std::string reason;
 };
 
-/// Closes loops: picks a loop candidate at a keyframe, has it verified beside the frame work, and returns a correction
-/// when two verified loops in a row agree. One candidate is verified at a time.
+/// Closes loops: picks loop candidates at a keyframe, has them verified beside the frame work, and returns a correction
+/// when two loops agree that the belief about the keyframes allows, or three that it does not: then the belief was
+/// wrong. The candidates of one keyframe are verified at a time.
 class LoopCloser {
  public:
   LoopCloser(const LoopConfig& config, std::vector<SimilarClasses> similar, LoopTiming timing)
-      : config_(config), similar_(std::move(similar)), timing_(timing) {}
+      : config_(config), similar_(std::move(similar)), timing_(timing), agreement_(config) {}
 
   /// Describes the places of a stored map, so that they can be found again. Call it before the first step, while all of
   /// the map is active.
@@ -42,8 +44,8 @@ class LoopCloser {
   /// the map as it is now: keyframes younger than the candidate move rigidly with the newest one it knew.
   /// Without one, and when no verification is under way, it picks a keyframe that may close a loop.
   std::optional<MapCorrection> step(const Map& map);
-  /// The keyframe that step() has picked, whose surroundings startVerification() reads.
-  const std::optional<LoopKeyframe>& picked() const { return picked_; }
+  /// The keyframes that step() has picked, whose surroundings startVerification() reads.
+  const std::vector<LoopKeyframe>& picked() const { return picked_; }
   /// `place_radius` of them, m.
   double placeRadius() const { return config_.place_radius; }
   /// Starts verifying what step() has picked, if it has. All of both places must be in memory.
@@ -57,31 +59,32 @@ class LoopCloser {
   int rejected() const { return rejected_; }
 
  private:
-  /// A candidate that has been verified and put into the pose graph.
+  /// Candidates of one keyframe that have been verified: the one that was recognised, if any was, in the pose graph.
   struct Outcome {
-    BetweenConstraint loop;
+    VerifiedLoop verified;
+    bool is_recognised = false;
     LoopRecord record;
     std::vector<Pose> moves;  // T_map_map of the keyframes the candidate knew; empty unless accepted
   };
 
   /// Like verify(), but an exception (no memory, a solver) costs the loop and not the drive.
-  static Outcome verifySafely(const LoopCandidate& candidate, KeyframeGraph graph,
+  static Outcome verifySafely(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
                               const std::vector<SimilarClasses>& similar, const LoopConfig& config);
-  static Outcome verify(const LoopCandidate& candidate, KeyframeGraph graph, const std::vector<SimilarClasses>& similar,
-                        const LoopConfig& config);
+  static Outcome verify(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
+                        const std::vector<SimilarClasses>& similar, const LoopConfig& config);
   bool isVerificationDue(const Map& map) const;
   void record(const LoopRecord& record);
-  /// Whether a verified loop agrees with the one verified before it. If not, it waits for the next one.
-  bool agreesWithPrevious(const Map& map, const BetweenConstraint& loop);
+  /// The correction by loops that agree although the keyframes speak against each of them; nullopt without such loops.
+  std::optional<MapCorrection> overruled(const Map& map) const;
 
   LoopConfig config_;
   std::vector<SimilarClasses> similar_;
   LoopTiming timing_;
   std::vector<PlaceDescriptor> descriptors_;  // of each keyframe, as it was when it was made or stored
-  std::optional<LoopKeyframe> picked_;
+  std::vector<LoopKeyframe> picked_;
   std::future<Outcome> verification_;
-  KeyframeId candidate_at_ = -1;               // the newest keyframe when the candidate was picked
-  std::optional<BetweenConstraint> previous_;  // verified, and not confirmed by a second one yet
+  KeyframeId candidate_at_ = -1;  // the newest keyframe when the candidate was picked
+  LoopAgreement agreement_;       // loops that are not confirmed yet
   std::deque<LoopRecord> records_;
   int accepted_ = 0, rejected_ = 0;
 };

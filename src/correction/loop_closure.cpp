@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -22,6 +23,8 @@ constexpr double kDriftBound = 3;  // standard deviations
 /// turn.
 constexpr double kSlackGates = 0.5, kTurnSlack = 3 * kDegree;
 constexpr std::size_t kFewestThings = 4;
+/// Places that are looked at where only their looks can tell: the right one need not look most alike.
+constexpr std::size_t kMostPlaces = 3;
 
 /// Error of a verified loop in leaf sizes and rad: the largest of twenty right ones.
 constexpr double kLoopSigmaLeaves = 0.2, kLoopTurn = 0.3 * kDegree;
@@ -70,6 +73,37 @@ bool hasThings(const Map& part) {
   return std::ranges::count_if(part.nodes(), [](const auto& entry) {
            return !entry.second.stuff && isConfirmed(entry.second);
          }) >= static_cast<std::ptrdiff_t>(kFewestThings);
+}
+
+bool isAllActive(const Map& map) {
+  KeyframeId k = map.keyframes().last();
+  while (k >= 0 && map.isActive(k)) {
+    --k;
+  }
+  return k < 0;
+}
+
+struct ScoredKeyframe {
+  LoopKeyframe keyframe;
+  double score = 0;
+};
+
+/// The `count` best of the keyframes that lie this far apart, m. Of equally good ones the oldest.
+std::vector<LoopKeyframe> bestDistinct(const std::vector<TimedPose>& poses, std::vector<ScoredKeyframe> scored,
+                                       std::size_t count, double apart) {
+  std::ranges::stable_sort(scored, std::greater<>(), &ScoredKeyframe::score);
+  std::vector<LoopKeyframe> best;
+  const auto placeOf = [&](const LoopKeyframe& k) -> Vec3 {
+    return poses[static_cast<std::size_t>(k.id)].T_map_body.translation();
+  };
+  for (const ScoredKeyframe& candidate : scored) {
+    const Vec3 place = placeOf(candidate.keyframe);
+    const auto isNear = [&](const LoopKeyframe& k) { return (placeOf(k) - place).norm() < apart; };
+    if (best.size() < count && std::ranges::none_of(best, isNear)) {
+      best.push_back(candidate.keyframe);
+    }
+  }
+  return best;
 }
 
 /// How far the keyframes lie from where the loop puts them, in standard deviations (a chi norm of six degrees of
@@ -128,36 +162,29 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   return product;
 }
 
-std::optional<LoopKeyframe> findLoopKeyframe(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                             const LoopConfig& config) {
+std::vector<LoopKeyframe> findLoopKeyframes(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                            const LoopConfig& config) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
   const Vec3 here = poses.back().T_map_body.translation();
-  const auto isActive = [&](std::size_t k) { return map.isActive(static_cast<KeyframeId>(k)); };
-  std::size_t active = 0;
-  while (active < poses.size() && isActive(active)) {
-    ++active;
-  }
-  if (active == poses.size()) {
-    return std::nullopt;  // there is nothing to find again
+  if (isAllActive(map)) {
+    return {};  // there is nothing to find again
   }
   const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
-  std::optional<LoopKeyframe> best;
-  double best_score = -1;
+  std::vector<ScoredKeyframe> scored;
+  bool is_drift_small = false;
   for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
     const double distance = (poses[k].T_map_body.translation() - here).norm();
     const double allowed = kDriftBound * drift[k].position + config.pass_distance;
-    if (isActive(k) || drift[k].position < 0 || distance > allowed) {
+    if (map.isActive(static_cast<KeyframeId>(k)) || drift[k].position < 0 || distance > allowed) {
       continue;
     }
     const double nearness = 1 - distance / allowed;
     const double likeness = k < descriptors.size() ? similarityOf(descriptors[k], descriptors.back()) : 0;
-    const double score = allowed < config.place_radius ? nearness : likeness;
-    if (score > best_score) {
-      best = {static_cast<KeyframeId>(k), drift[k]};
-      best_score = score;
-    }
+    const bool is_near = allowed < config.place_radius;
+    is_drift_small |= is_near;
+    scored.push_back({{static_cast<KeyframeId>(k), drift[k]}, is_near ? nearness : likeness});
   }
-  return best;
+  return bestDistinct(poses, std::move(scored), is_drift_small ? 1 : kMostPlaces, config.place_radius / 2);
 }
 
 std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config) {

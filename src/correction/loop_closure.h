@@ -62,11 +62,12 @@ struct LoopKeyframe {
   Drift drift;  // from it to the last one
 };
 
-/// The inactive keyframe that most likely shows the place of the last one, of those that drift allows: the nearest one
-/// where drift is small, else the one that looks most alike. `descriptors` are those of the keyframes, the last one's
-/// at their end. nullopt when drift allows none. Reads keyframes only: nodes need not be in memory.
-std::optional<LoopKeyframe> findLoopKeyframe(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                             const LoopConfig& config);
+/// The inactive keyframes that most likely show the place of the last one, of those that drift allows, best first: the
+/// nearest one where drift is small, else up to three that look most alike, all half a place apart. `descriptors` are
+/// those of the keyframes, the last one's at their end. Empty when drift allows none. Reads keyframes only: nodes need
+/// not be in memory.
+std::vector<LoopKeyframe> findLoopKeyframes(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                            const LoopConfig& config);
 
 /// Copies the two parts of the map out, of `place_radius` around each keyframe, which must be in memory. nullopt when
 /// either has too few things.

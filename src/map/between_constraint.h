@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numbers>
+
 #include "core/se3.h"
 #include "map/node.h"
 
@@ -14,7 +16,16 @@ struct BetweenConstraint {
   double sigma = 0;       // m, standard deviation per axis
   double sigma_turn = 0;  // rad, standard deviation per axis
   bool is_loop = false;   // found without the help of odometry: may be wrong
+  /// The standard deviation per axis that is expected, m and rad. `sigma` is cautious: it decides what may be matched
+  /// and how far a loop is looked for, where too little costs a doubled map. What a map says of its positions is made
+  /// of these (map/drift.h). Negative: as sigma; a KeyframeGraph sets them.
+  double expected = -1, expected_turn = -1;
 };
+
+/// The deviations of a constraint that says nothing: it ties a fragment of map, whose place is unknown, to the others.
+inline constexpr double kAnywhere = 1000, kAnyTurn = std::numbers::pi;  // m, rad
+
+inline bool isLoose(const BetweenConstraint& constraint) { return constraint.sigma >= kAnywhere; }
 
 /// Inverse covariance (1/m^2, 1/rad^2): diagonal, its tangent being (translation, rotation vector) in frame a about b's
 /// origin. Not finite where a standard deviation is zero.

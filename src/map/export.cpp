@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/spd.h"
+#include "map/position.h"
 
 namespace hgg {
 namespace {
@@ -27,7 +28,7 @@ std::string nameOf(const Map& map, ClassId label) {
   return it != map.classNames().end() ? it->second : fmt::format("class {}", label);
 }
 
-Json toJson(const MapNode& node, const std::string& name) {
+Json toJson(const Map& map, const MapNode& node, const std::string& name) {
   Json j;
   j["id"] = node.id;
   j["label"] = node.label;
@@ -35,7 +36,9 @@ Json toJson(const MapNode& node, const std::string& name) {
   j["mean"] = toJson(node.belief.mean);
   j["cov"] = toJson(node.belief.cov);
   j["kappa"] = node.belief.kappa;
-  j["position_cov"] = toJson(positionCovariance(node));
+  j["position_cov"] = toJson(positionCovarianceInMap(map, node));
+  j["position_cov_local"] = toJson(positionCovariance(node));
+  j["anchor"] = node.anchor;
   j["existence"] = existenceOf(node);
   j["label_belief"] = Json::object({{std::to_string(node.label), 1.0}});
   if (!node.stuff) {
@@ -87,7 +90,7 @@ std::string exportJson(const StoredMap& stored) {
   j["objects"] = Json::array();
   for (const auto& [id, node] : map.nodes()) {
     if (isConfirmed(node)) {
-      j["objects"].push_back(toJson(node, nameOf(map, node.label)));
+      j["objects"].push_back(toJson(map, node, nameOf(map, node.label)));
     }
   }
   j["edges"] = Json::array();

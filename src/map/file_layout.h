@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "the file is written a
 
 inline constexpr std::string_view kMapMagic = "HGGMAP\r\n";
 inline constexpr std::string_view kMapEnd = "END.";
-inline constexpr std::uint32_t kMapVersion = 3;
+inline constexpr std::uint32_t kMapVersion = 4;
 inline constexpr std::size_t kMapFrameBytes = 4U << 20;  // of the payload in one zstd frame
 
 /// Entries of a symmetric matrix in the order of the file.

@@ -17,6 +17,8 @@ namespace {
 constexpr std::uint32_t kVersionWithoutConstraints = 2, kVersionWithoutClasses = 1;
 constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
 
+/// Constraints without what is expected of them.
+constexpr std::uint32_t kVersionWithoutExpected = 3;
 /// What alignment loses from one keyframe to the next, as correction/between has it for leaves of 0.4 m: 0.3 degrees
 /// and 0.14 m in 100 m.
 constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
@@ -166,8 +168,11 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     e.T_a_b = r.pose();
     e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();
     e.is_loop = r.get<std::uint8_t>() != 0;
+    e.expected = version <= kVersionWithoutExpected ? e.sigma : r.get<double>();
+    e.expected_turn = version <= kVersionWithoutExpected ? e.sigma_turn : r.get<double>();
     r.require(e.a >= 0 && e.b >= 0 && e.a != e.b && e.a <= keyframes.last() && e.b <= keyframes.last() &&
-              isWithin(e.sigma, kSigmaLimits) && isWithin(e.sigma_turn, kSigmaTurnLimits));
+              isWithin(e.sigma, kSigmaLimits) && isWithin(e.sigma_turn, kSigmaTurnLimits) &&
+              isWithin(e.expected, kSigmaLimits) && isWithin(e.expected_turn, kSigmaTurnLimits));
     if (r.good()) {
       keyframes.connect(e);
     }

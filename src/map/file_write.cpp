@@ -129,6 +129,8 @@ void putKeyframes(Writer& w, const KeyframeGraph& keyframes) {
     w.put(std::clamp(e.sigma, kSigmaLimits.least, kSigmaLimits.most));
     w.put(std::clamp(e.sigma_turn, kSigmaTurnLimits.least, kSigmaTurnLimits.most));
     w.put(static_cast<std::uint8_t>(e.is_loop));
+    w.put(std::clamp(e.expected, kSigmaLimits.least, kSigmaLimits.most));
+    w.put(std::clamp(e.expected_turn, kSigmaTurnLimits.least, kSigmaTurnLimits.most));
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <queue>
 #include <tuple>
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kKeyframeDistance = 2.0;  // m
 constexpr double kKeyframeAngle = 20 * kDegree;
+constexpr double kLoosestShare = 0.1;  // of what makes a constraint say nothing
 
 }  // namespace
 
@@ -46,7 +48,9 @@ KeyframeId KeyframeGraph::add(const TimedPose& pose) {
 
 void KeyframeGraph::connect(const BetweenConstraint& edge) {
   const auto index = static_cast<std::uint32_t>(edges_.size());
-  edges_.push_back(edge);
+  BetweenConstraint& added = edges_.emplace_back(edge);
+  added.expected = added.expected < 0 ? added.sigma : added.expected;
+  added.expected_turn = added.expected_turn < 0 ? added.sigma_turn : added.expected_turn;
   edges_of_.at(static_cast<std::size_t>(edge.a)).push_back(index);
   edges_of_.at(static_cast<std::size_t>(edge.b)).push_back(index);
 }
@@ -70,6 +74,39 @@ void KeyframeGraph::remeasure(const KeyframeMoves& moves) {
       if (e.b == id && !e.is_loop && isMoved(e.a)) {
         e.T_a_b = orthonormalized(pose(e.a).inverse() * pose(e.b));
       }
+    }
+  }
+}
+
+std::vector<KeyframeId> KeyframeGraph::fragments() const {
+  std::vector<KeyframeId> oldest(poses_.size());
+  std::iota(oldest.begin(), oldest.end(), 0);
+  const auto find = [&oldest](KeyframeId k) {
+    while (oldest[static_cast<std::size_t>(k)] != k) {
+      KeyframeId& parent = oldest[static_cast<std::size_t>(k)];
+      k = parent = oldest[static_cast<std::size_t>(parent)];
+    }
+    return k;
+  };
+  for (const BetweenConstraint& e : edges_) {
+    if (!isLoose(e)) {
+      const auto [low, high] = std::minmax({find(e.a), find(e.b)});
+      oldest[static_cast<std::size_t>(high)] = low;
+    }
+  }
+  for (KeyframeId& k : oldest) {
+    k = find(k);
+  }
+  return oldest;
+}
+
+void KeyframeGraph::loosen(const Loosening& loosening) {
+  const auto isBetween = [&](KeyframeId id) { return loosening.from <= id && id <= loosening.to; };
+  for (BetweenConstraint& e : edges_) {
+    if (!e.is_loop && !isLoose(e) && isBetween(e.a) && isBetween(e.b)) {
+      const double factor = std::min(loosening.factor, kLoosestShare * kAnywhere / e.sigma);  // still not loose
+      e.sigma *= factor, e.sigma_turn *= factor;
+      e.expected *= factor, e.expected_turn *= factor;
     }
   }
 }

@@ -20,6 +20,13 @@ struct Drift {
   double turn = 0;      // rad
 };
 
+/// The constraints between the keyframes `from` and `to`, loops aside, turn out to be looser by a factor than was
+/// believed.
+struct Loosening {
+  KeyframeId from = 0, to = 0;
+  double factor = 1;  // on the standard deviations
+};
+
 /// Keyframes and the rigid motions that move them (T_map_map), ascending by keyframe.
 using KeyframeMoves = std::vector<std::pair<KeyframeId, Pose>>;
 
@@ -31,6 +38,13 @@ class KeyframeGraph {
   const std::vector<BetweenConstraint>& edges() const { return edges_; }
   /// Constraints of one keyframe, oldest first.
   std::vector<BetweenConstraint> edgesOf(KeyframeId id) const;
+  /// Calls visit(const BetweenConstraint&) for each of them, without a copy.
+  template <typename Visit>
+  void forEachEdgeOf(KeyframeId id, Visit visit) const {
+    for (const std::uint32_t index : edges_of_.at(static_cast<std::size_t>(id))) {
+      visit(edges_[index]);
+    }
+  }
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
 
   /// The newest of the keyframes at a place, which are those within 2 m of the distance of the nearest one; -1 when
@@ -43,7 +57,12 @@ class KeyframeGraph {
   /// Sets the constraints among the moved keyframes to their relative poses of now. Closed loops stay as they were
   /// found.
   void remeasure(const KeyframeMoves& moves);
+  void loosen(const Loosening& loosening);
   void move(KeyframeId id, const Pose& T_map_body) { poses_.at(static_cast<std::size_t>(id)).T_map_body = T_map_body; }
+
+  /// The fragment of each keyframe, named by its oldest one: keyframes are of one fragment when constraints that are
+  /// not loose lead from one to the other.
+  std::vector<KeyframeId> fragments() const;
 
   /// Drift from keyframe `from` to every keyframe, along the path of constraints with the least drift. Along a path the
   /// deviations of the constraints add up as independent ones, and the turn so far swings every further constraint by

@@ -44,6 +44,7 @@ MapDelta Map::apply(MapUpdate update) {
       constraint.b = id;
       keyframes_.connect(constraint);
     }
+    pose_covariances_.add(keyframes_);
     findActive(id, delta);
   }
   for (const NodeId id : update.removed) {
@@ -100,8 +101,14 @@ MapDelta Map::apply(const MapCorrection& correction) {
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
   }
+  if (correction.loosened) {
+    keyframes_.loosen(*correction.loosened);
+  }
   for (const BetweenConstraint& loop : correction.loops) {
     keyframes_.connect(loop);
+  }
+  if (!correction.loops.empty()) {
+    pose_covariances_.recompute(keyframes_);
   }
   findActive(keyframes_.last(), delta);
   return delta;
@@ -315,7 +322,7 @@ double Map::megabytes() const {
   // the object graph as much twice over.
   constexpr std::size_t kGraphBytes = 300;
   const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + graph_.size() * kGraphBytes +
-                            leaf_count_ * sizeof(Leaf) + keyframes_.poses().size() * sizeof(TimedPose) +
+                            leaf_count_ * sizeof(Leaf) + keyframes_.poses().size() * (sizeof(TimedPose) + sizeof(Mat6)) +
                             keyframes_.edges().size() * (sizeof(BetweenConstraint) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
@@ -324,6 +331,7 @@ Map Map::restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<C
                  std::int64_t revision, NodeId next_id) {
   Map map;
   map.keyframes_ = std::move(keyframes);
+  map.pose_covariances_.recompute(map.keyframes_);
   map.anchored_.resize(map.keyframes_.poses().size());
   map.next_id_ = std::max<NodeId>(next_id, 1);
   for (MapNode& node : nodes) {

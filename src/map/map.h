@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/point_index.h"
+#include "map/drift.h"
 #include "map/keyframes.h"
 #include "map/node.h"
 #include "map/object_graph.h"
@@ -42,6 +43,7 @@ struct MapCorrection {
   std::vector<std::pair<KeyframeId, Pose>> moved;  // T_map_body; at most once each
   std::vector<BetweenConstraint> loops;
   bool is_measured = false;  // by more than the constraints among the moved say: these are set to the new poses
+  std::optional<Loosening> loosened = std::nullopt;  // what the loops have overruled
 };
 
 /// The ids of the nodes that a revision touched, for subscribers. All ascending.
@@ -95,6 +97,9 @@ class Map {
   /// Whether the nodes anchored to a keyframe are active; true for none (-1).
   bool isActive(KeyframeId id) const;
   const KeyframeGraph& keyframes() const { return keyframes_; }
+  /// How far a keyframe may have drifted: the covariance of its pose in the map, in the tangent of core/se3.h. Zero for
+  /// none (-1).
+  Mat6 poseCovariance(KeyframeId id) const { return pose_covariances_.of(id); }
   std::int64_t revision() const { return revision_; }
   /// Class names of the table the map was built with; empty until set.
   const std::map<ClassId, std::string>& classNames() const { return class_names_; }
@@ -178,6 +183,7 @@ class Map {
   ObjectGraph graph_;
   std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
   KeyframeGraph keyframes_;
+  PoseCovariances pose_covariances_;           // of keyframes_
   std::vector<bool> active_;                   // keyframes
   std::vector<std::vector<NodeId>> anchored_;  // to each keyframe
   std::map<KeyframeId, PagedOut> paged_out_;

@@ -49,6 +49,36 @@ TEST(PropagateTravel, AnAlignedWayLosesLittle) {
   EXPECT_FALSE(travel.jumped);
 }
 
+Alignment alignedWithin(double deviation, double turn) {
+  Alignment alignment = alignedBut({});
+  alignment.pose.information.diagonal() << Vec3::Constant(1 / square(deviation)), Vec3::Constant(1 / square(turn));
+  return alignment;
+}
+
+TEST(PropagateTravel, WhatIsExpectedFollowsHowWellFramesAreAligned) {
+  const double turn = 0.1 * kDegree;
+  const Travel travel = driven(alignedWithin(0.01, turn));
+  // A metre renews a tenth of a view of 25 leaf sizes; 0.3 of the error of each view is fresh.
+  EXPECT_NEAR(travel.expected, 0.3 * 0.01 * std::sqrt(100 / (25 * Config{}.map.leaf_size)), 1e-12);
+  EXPECT_NEAR(travel.expected_turn, 0.3 * turn * std::sqrt(100 / (25 * Config{}.map.leaf_size)), 1e-12);
+  const Travel blunt = driven(alignedWithin(0.1, 10 * turn));
+  EXPECT_NEAR(blunt.expected, 10 * travel.expected, 1e-12);
+  EXPECT_EQ(blunt.sigma, travel.sigma) << "what may be matched is as cautious as before";
+}
+
+TEST(PropagateTravel, OfAWayThatOdometryAloneTellsItsErrorIsExpected) {
+  const AlignmentConfig odometry;
+  const Travel lost = driven({});
+  EXPECT_NEAR(lost.expected, odometry.odometry_drift * std::sqrt(100.0), 1e-12);
+  EXPECT_NEAR(lost.expected_turn, odometry.odometry_turn_deg * kDegree * std::sqrt(100.0), 1e-12);
+  const Travel corridor = driven(alignedBut({alongX()}));
+  EXPECT_NEAR(corridor.expected, lost.expected / std::sqrt(3.0), 1e-12) << "one of three directions";
+  EXPECT_EQ(corridor.expected_turn, 0);
+  const Travel jumped = propagate({}, at(1), {}, true);
+  EXPECT_EQ(jumped.expected, jumped.sigma);
+  EXPECT_EQ(jumped.expected_turn, jumped.sigma_turn);
+}
+
 TEST(PropagateTravel, HowOftenTheWayWasAlignedIsNoMatter) {
   Travel often;
   for (int k = 0; k < 1000; ++k) {
@@ -80,11 +110,20 @@ TEST(PropagateTravel, WhatIsDegenerateInPositionOnlyKeepsItsHeading) {
   EXPECT_EQ(lost.sigma_turn, odometry.sigma_turn);
 }
 
-TEST(PropagateTravel, AJumpIsLostByThirtyCentimetresAndThreeDegreesUntilTheNextKeyframe) {
+TEST(PropagateTravel, AJumpIsForgottenByAFrameThatTheMapHoldsInEveryDirection) {
+  const Travel once = propagate({}, at(1000, 100), alignedBut({}), true);
+  EXPECT_TRUE(once.jumped) << "the way from the last keyframe stays unknown";
+  EXPECT_LT(once.sigma, 0.1);
+  const Travel later = propagate(propagate({}, at(1000, 100), {}, true), at(1), alignedBut({}));
+  EXPECT_TRUE(later.jumped);
+  EXPECT_LT(later.sigma, 0.1);
+}
+
+TEST(PropagateTravel, AJumpIsLostByThirtyCentimetresAndThreeDegreesWhileTheMapDoesNotHoldThePose) {
   const Travel once = propagate({}, at(1000, 100), {}, true);
   EXPECT_NEAR(once.sigma, 0.3, 1e-12);
   EXPECT_NEAR(once.sigma_turn, 3 * kDegree, 1e-12);
-  const Travel later = propagate(once, at(1), alignedBut({}));
+  const Travel later = propagate(once, at(1), alignedBut({alongX(), aroundZ()}));
   EXPECT_TRUE(later.jumped);
   EXPECT_GT(later.sigma, 0.3);
   EXPECT_NEAR(propagate({0.4, 4 * kDegree}, at(1), {}, true).sigma, 0.5, 1e-12);

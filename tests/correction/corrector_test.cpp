@@ -46,20 +46,20 @@ void addKeyframe(Map& map, const std::optional<NewKeyframe>& keyframe) {
 TEST(DecideKeyframe, IsForTheFirstFrameAndThenForOneThatIsTwoMetresOn) {
   Map map;
   Corrector corrector = correctorOf({});
-  const auto first = corrector.decideKeyframe(map, frameAt(7), alignedAt(at(5)), Pose::Identity(), true);
+  const auto first = corrector.decideKeyframe(map, frameAt(7), alignedAt(at(5)), Pose::Identity(), true, {});
   ASSERT_TRUE(first);
   EXPECT_EQ(first->pose.utime_us, 7);
   EXPECT_EQ(first->pose.T_map_body.matrix(), at(5).matrix());
   EXPECT_TRUE(first->constraints.empty());
   addKeyframe(map, first);
-  EXPECT_FALSE(corrector.decideKeyframe(map, frameAt(8), alignedAt(at(6.5)), at(1.5), false));
-  EXPECT_TRUE(corrector.decideKeyframe(map, frameAt(9), alignedAt(at(7.5)), at(1), false));
+  EXPECT_FALSE(corrector.decideKeyframe(map, frameAt(8), alignedAt(at(6.5)), at(1.5), false, {}));
+  EXPECT_TRUE(corrector.decideKeyframe(map, frameAt(9), alignedAt(at(7.5)), at(1), false, {}));
 }
 
 TEST(DecideKeyframe, ItsConstraintHasTheUncertaintyOfAllFramesSinceTheLastKeyframeAndOfNoOther) {
   Map map;
   Corrector corrector = correctorOf({});
-  addKeyframe(map, corrector.decideKeyframe(map, frameAt(0), alignedAt(at(0)), Pose::Identity(), false));
+  addKeyframe(map, corrector.decideKeyframe(map, frameAt(0), alignedAt(at(0)), Pose::Identity(), false, {}));
   for (const double start : {0.0, 2.4}) {
     Travel travel;
     std::optional<NewKeyframe> keyframe;
@@ -68,7 +68,7 @@ TEST(DecideKeyframe, ItsConstraintHasTheUncertaintyOfAllFramesSinceTheLastKeyfra
       const Pose step = at(x == 1.5 ? 1.5 : 0.9);
       const Alignment alignment = alignedAt(at(start + x));
       travel = propagateTravel(travel, step, alignment, false, AlignmentConfig{}, MapConfig{}.leaf_size);
-      keyframe = corrector.decideKeyframe(map, frameAt(1), alignment, step, false);
+      keyframe = corrector.decideKeyframe(map, frameAt(1), alignment, step, false, {});
     }
     ASSERT_TRUE(keyframe);
     ASSERT_EQ(keyframe->constraints.size(), 1U);
@@ -176,7 +176,7 @@ TEST(Corrector, ThePoseOfTheFrameMovesRigidlyWithItsKeyframe) {
       alignment.pairs.push_back({static_cast<int>(local.objects.size()), pole.id, 0});
       local.objects.push_back(object);
     }
-    const auto keyframe = corrector.decideKeyframe(map, local, alignment, at(2.1, 0.1), false);
+    const auto keyframe = corrector.decideKeyframe(map, local, alignment, at(2.1, 0.1), false, {});
     ASSERT_TRUE(keyframe);
     MapUpdate update;
     update.keyframe = keyframe;

@@ -359,6 +359,66 @@ TEST(LoopCloser, PlacesOfAStoredMapAreKnownByTheirLooks) {
   }
 }
 
+/// A robot that knows a room, drives away, and begins a fragment of map there, in truth back in the room: its frame is
+/// `offset` from the room's.
+struct Kidnapped : Doubt {
+  explicit Kidnapped(const Pose& offset) {
+    const Pose start = Pose::Identity();
+    keyframe(start, 0, &start);
+    stepOf(closer, map);
+    for (const double y : {0.0, 2.0}) {
+      keyframe(frame(0, Vec3(150, y, 0)), 0.05, nullptr);
+      stepOf(closer, map);
+    }
+    MapUpdate update;  // tied by a constraint that says nothing
+    const Pose T_a_b = map.keyframes().poses().back().T_map_body.inverse() * offset;
+    update.keyframe = NewKeyframe{{3000, offset}, {{2, -1, T_a_b, kAnywhere, kAnyTurn, false}}};
+    update.created = nodesOfWorld(world, offset.inverse(), 4);
+    map.apply(std::move(update));
+    stepOf(closer, map);
+  }
+};
+
+TEST(LoopCloser, AFragmentTiedLooselyIsLaidOnThePlaceHoweverItIsTurned) {
+  const Pose offset = frame(150, Vec3(60, -25, 0));
+  Kidnapped robot(offset);
+  ASSERT_EQ(robot.map.keyframes().fragments(), (std::vector<KeyframeId>{0, 0, 0, 3}));
+  std::optional<MapCorrection> correction;
+  for (int n = 1; n <= 8 && !correction; ++n) {
+    correction = robot.goOn(n, offset);
+  }
+  ASSERT_TRUE(correction) << (robot.closer.records().empty() ? "never verified" : robot.closer.records().back().reason);
+  const Pose T_before = robot.map.keyframes().poses()[1].T_map_body;
+  robot.map.apply(*correction);
+  const KeyframeGraph& keyframes = robot.map.keyframes();
+  const Pose& T_fragment = keyframes.poses()[3].T_map_body;
+  EXPECT_LT(T_fragment.translation().norm(), 0.1);
+  EXPECT_LT(turnOf(T_fragment), 1 * kDegree);
+  const Vec3 second = keyframes.poses()[4].T_map_body.translation();  // which goes along
+  EXPECT_LT((second - Vec3(0, 0, 2)).norm(), 0.1);
+  EXPECT_LT((keyframes.poses()[1].T_map_body.translation() - T_before.translation()).norm(), 0.05) << "the map stays";
+  EXPECT_EQ(keyframes.fragments(), std::vector<KeyframeId>(keyframes.poses().size(), 0));
+}
+
+TEST(LoopCloser, AFragmentInAnUnknownPlaceStaysWhereItIs) {
+  const Pose offset = frame(150, Vec3(60, -25, 0));
+  Doubt robot;
+  const Pose start = Pose::Identity();
+  robot.keyframe(start, 0, &start);
+  stepOf(robot.closer, robot.map);
+  robot.world = randomWorld(2);  // elsewhere
+  MapUpdate update;
+  update.keyframe = NewKeyframe{{3000, offset}, {{0, -1, offset, kAnywhere, kAnyTurn, false}}};
+  update.created = nodesOfWorld(robot.world, offset.inverse(), 4);
+  robot.map.apply(std::move(update));
+  stepOf(robot.closer, robot.map);
+  for (int n = 1; n <= 8; ++n) {
+    EXPECT_FALSE(robot.goOn(n, offset));
+  }
+  EXPECT_GT(robot.verified(), 0) << "it was looked at";
+  EXPECT_EQ(robot.map.keyframes().fragments().back(), 1);
+}
+
 TEST(LoopCloser, CanBeDestroyedWhileACandidateIsBeingVerified) {
   const Pose offset = frame(0, Vec3(1, 0, 0));
   for (const LoopTiming timing : {LoopTiming::kFixed, LoopTiming::kPrompt}) {

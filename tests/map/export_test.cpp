@@ -52,10 +52,24 @@ TEST(ExportJson, HasTheDocumentedKeysAndNoOthers) {
   EXPECT_EQ(j["format"], "hgg-graph");
   EXPECT_EQ(j["version"], 1);
   EXPECT_EQ(keysOf(j["objects"][0]),
-            (std::vector<std::string>{"cov", "dynamic", "existence", "first_us", "geometry", "id", "kappa", "label",
-                                      "label_belief", "last_us", "mean", "name", "position_cov", "stuff", "views"}));
+            (std::vector<std::string>{"anchor", "cov", "dynamic", "existence", "first_us", "geometry", "id", "kappa",
+                                      "label", "label_belief", "last_us", "mean", "name", "position_cov",
+                                      "position_cov_local", "stuff", "views"}));
   EXPECT_EQ(keysOf(j["objects"][0]["geometry"][0]), (std::vector<std::string>{"cov", "kappa", "mean"}));
   EXPECT_EQ(keysOf(j["keyframes"][0]), (std::vector<std::string>{"pose", "utime"}));
+}
+
+TEST(ExportJson, SaysWhereInTheMapAndWhereRelativeToTheAnchor) {
+  StoredMap stored = sample();
+  MapUpdate update;
+  update.keyframe =
+      NewKeyframe{{9, stored.map.keyframes().poses()[0].T_map_body}, {{0, -1, Pose::Identity(), 0.5, 0.1}}};
+  update.created = {nodeAt(10, stored.map.keyframes().poses()[0].T_map_body.translation())};
+  stored.map.apply(std::move(update));
+  const Json j = Json::parse(exportJson(stored));
+  const Json& car = j["objects"][3];
+  EXPECT_EQ(car["anchor"], 1);
+  EXPECT_NEAR(car["position_cov"][0].get<double>() - car["position_cov_local"][0].get<double>(), 0.25, 1e-12);
 }
 
 TEST(ExportJson, HasTheValuesOfTheMap) {
@@ -80,8 +94,9 @@ TEST(ExportJson, HasTheValuesOfTheMap) {
   for (Eigen::Index k = 0; k < 9; ++k) {
     const double cov = stored.map.find(1)->belief.cov(k / 3, k % 3);
     EXPECT_DOUBLE_EQ(car["cov"][static_cast<std::size_t>(k)], cov);
-    EXPECT_DOUBLE_EQ(car["position_cov"][static_cast<std::size_t>(k)],
-                     positionCovariance(*stored.map.find(1))(k / 3, k % 3));
+    for (const char* name : {"position_cov", "position_cov_local"}) {  // the first keyframe has not drifted
+      EXPECT_DOUBLE_EQ(car[name][static_cast<std::size_t>(k)], positionCovariance(*stored.map.find(1))(k / 3, k % 3));
+    }
   }
   EXPECT_EQ(j["objects"][1]["stuff"], true);
   EXPECT_EQ(j["objects"][2]["name"], "class 99");  // outside the class table

@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kHeaderBytes = 12;  // magic and version
+constexpr std::size_t kTieBytes = 4 + 4 + 96 + 16 + 1 + 16;
 
 Pose at(double x) {
   Pose T = Pose::Identity();
@@ -182,7 +183,7 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   map.setTileSize(2.5);
   const std::string file = encodeMap({map, {{1, 2, 0.25F}}});
   EXPECT_EQ(file.substr(0, 8), "HGGMAP\r\n");
-  EXPECT_EQ(at<std::uint32_t>(file, 8), 3U);
+  EXPECT_EQ(at<std::uint32_t>(file, 8), 4U);
   const std::string payload = payloadOf(file);
   EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);  // classes
   EXPECT_EQ(at<std::uint16_t>(payload, 4), 10);
@@ -305,7 +306,7 @@ Map looseMap() {
   for (int k = 0; k < 3; ++k) {
     keyframes.add({100 * k, randomPose(random, 30)});
   }
-  keyframes.connect({0, 1, randomPose(random, 3), 0.02, 0.001, false});
+  keyframes.connect({0, 1, randomPose(random, 3), 0.02, 0.001, false, 0.002, 0.0003});
   keyframes.connect({1, 2, randomPose(random, 3), 0.03, 0.002, false});
   keyframes.connect({0, 2, randomPose(random, 3), 0.08, 0.005, true});
   std::vector<MapNode> nodes;
@@ -326,7 +327,7 @@ std::string payloadAs(std::uint32_t version, const Map& map) {
     offset += 4 + name.size();
   }
   offset += 8 + 104 * map.keyframes().poses().size();
-  payload.erase(offset, 8 + 121 * map.keyframes().edges().size());
+  payload.erase(offset, 8 + kTieBytes * map.keyframes().edges().size());
   offset += 8;
   for (const auto& [id, node] : map.nodes()) {
     EXPECT_EQ(at<NodeId>(payload, offset), id);
@@ -355,6 +356,8 @@ TEST(MapFile, TiesLoopsAndAnchorsComeBackAsTheyWere) {
     EXPECT_EQ(e.T_a_b.matrix(), expected.T_a_b.matrix());
     EXPECT_EQ(e.sigma, expected.sigma);
     EXPECT_EQ(e.sigma_turn, expected.sigma_turn);
+    EXPECT_EQ(e.expected, expected.expected);
+    EXPECT_EQ(e.expected_turn, expected.expected_turn);
     EXPECT_EQ(e.is_loop, k == 2);
   }
   EXPECT_EQ(stored->map.find(1)->anchor, 1);
@@ -504,7 +507,7 @@ TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
   const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
   ASSERT_EQ(at<std::uint64_t>(payload, ties), 3U);
   const auto loads = [&](const std::string& changed) {
-    return static_cast<bool>(decodeMap(fileAround(headerOf(3), changed)));
+    return static_cast<bool>(decodeMap(fileAround(headerOf(4), changed)));
   };
   ASSERT_TRUE(loads(payload));
   for (const KeyframeId wrong : {-1, 3, 1 << 30}) {
@@ -516,10 +519,37 @@ TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
   for (const double wrong : {0.0, -1.0, std::nan(""), infinite, -infinite, 1e-200, 1e-8, 1.1e3, 1e200}) {
     EXPECT_FALSE(loads(with(payload, first + 8 + 96, wrong))) << wrong;
     EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 8, wrong))) << wrong;
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 17, wrong))) << wrong;
+    EXPECT_FALSE(loads(with(payload, first + 8 + 96 + 25, wrong))) << wrong;
   }
   EXPECT_FALSE(loads(with(payload, first + 8 + 96, 1e-7)));  // less than a micrometre
   EXPECT_FALSE(loads(with(payload, ties, std::uint64_t{4})));
   EXPECT_FALSE(loads(with(payload, ties, ~std::uint64_t{0})));
+}
+
+TEST(MapFile, OfTiesOfVersion3NoMoreIsExpectedThanTheirSigmas) {
+  const Map map = looseMap();
+  std::string payload = payloadOf(encodeMap(map));
+  const std::size_t first = 4 + 8 + 8 + 8 + 8 + 3 * 104 + 8;
+  for (std::size_t k = 3; k > 0; --k) {
+    payload.erase(first + k * kTieBytes - 16, 16);
+  }
+  const auto stored = decodeMap(fileAround(headerOf(3), payload));
+  ASSERT_TRUE(stored) << stored.error;
+  for (const BetweenConstraint& e : stored->map.keyframes().edges()) {
+    EXPECT_EQ(e.expected, e.sigma);
+    EXPECT_EQ(e.expected_turn, e.sigma_turn);
+  }
+}
+
+TEST(MapFile, HowFarKeyframesMayHaveDriftedComesBack) {
+  const Map map = looseMap();
+  const auto stored = decodeMap(encodeMap(map));
+  ASSERT_TRUE(stored) << stored.error;
+  for (KeyframeId k = 0; k < 3; ++k) {
+    EXPECT_EQ(stored->map.poseCovariance(k), map.poseCovariance(k)) << k;
+  }
+  EXPECT_GT(map.poseCovariance(2).trace(), 0);
 }
 
 TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
@@ -538,7 +568,7 @@ TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
 
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3));
-  for (const std::uint32_t version : {0U, 4U, 77U}) {
+  for (const std::uint32_t version : {0U, 5U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;

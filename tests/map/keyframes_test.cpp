@@ -178,5 +178,54 @@ TEST(KeyframeGraph, NeedsOneEveryTwoMetresOrTwentyDegrees) {
   }
 }
 
+BetweenConstraint looseEdge(KeyframeId a, KeyframeId b) { return {a, b, at(2), kAnywhere, kAnyTurn, false}; }
+
+/// Keyframes 0 1 2 - 3 4 5 - 6: the two gaps are tied loosely.
+KeyframeGraph threeFragments() {
+  KeyframeGraph graph;
+  for (int k = 0; k < 7; ++k) {
+    graph.add({k, at(2.0 * k)});
+    if (k > 0) {
+      graph.connect(k == 3 || k == 6 ? looseEdge(k - 1, k) : edge(k - 1, k, 0.02));
+    }
+  }
+  return graph;
+}
+
+using Fragments = std::vector<KeyframeId>;
+
+TEST(KeyframeGraph, AFragmentIsWhatHoldsTogetherNamedByItsOldestKeyframe) {
+  EXPECT_EQ(chainOf(4).fragments(), (Fragments{0, 0, 0, 0}));
+  EXPECT_EQ(threeFragments().fragments(), (Fragments{0, 0, 0, 3, 3, 3, 6}));
+  EXPECT_TRUE(KeyframeGraph().fragments().empty());
+}
+
+TEST(KeyframeGraph, ALoopJoinsFragments) {
+  KeyframeGraph graph = threeFragments();
+  graph.connect({6, 4, at(1), 0.1, 0.01, true});
+  EXPECT_EQ(graph.fragments(), (Fragments{0, 0, 0, 3, 3, 3, 3}));
+  graph.connect({1, 6, at(1), 0.1, 0.01, true});
+  EXPECT_EQ(graph.fragments(), (Fragments{0, 0, 0, 0, 0, 0, 0}));
+}
+
+TEST(KeyframeGraph, LooseningReachesTheConstraintsOfItsRangeAndNoLoops) {
+  KeyframeGraph graph = chainOf(7);
+  BetweenConstraint loop = edge(2, 4, 0.1, 0.01);
+  loop.is_loop = true;
+  graph.connect(loop);
+  graph.loosen({2, 4, 5});
+  for (const BetweenConstraint& e : graph.edges()) {
+    const double factor = !e.is_loop && e.a >= 2 && e.b <= 4 ? 5 : 1;
+    EXPECT_DOUBLE_EQ(e.sigma, factor * (e.is_loop ? 0.1 : 0.02)) << e.a << " to " << e.b;
+    EXPECT_DOUBLE_EQ(e.sigma_turn, factor * (e.is_loop ? 0.01 : 0.001)) << e.a << " to " << e.b;
+  }
+}
+
+TEST(KeyframeGraph, LooseningMakesDriftLarger) {
+  KeyframeGraph graph = chainOf(7, 0.02, 1e-9);
+  graph.loosen({2, 5, 10});
+  EXPECT_NEAR(graph.driftFrom(6, kFar)[0].position, 0.02 * std::sqrt(3 + 3 * 100.0), 1e-6);
+}
+
 }  // namespace
 }  // namespace hgg::keyframes_test
