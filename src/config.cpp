@@ -4,11 +4,13 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <set>
 
 #include "core/text.h"
+#include "core/toml_text.h"
 
 namespace hgg {
 namespace {
@@ -45,7 +47,21 @@ void visitFrame(Section& c, Visitor& visit) {
   visit("frame", "range_max", c.range_max, KeyDoc{1, 1000, "m", "farther points are dropped"});
   visit("frame", "min_confidence", c.min_confidence, KeyDoc{0, 1, "", "points the segmenter trusts less are dropped"});
   visit("frame", "odometry_wait_ms", c.odometry_wait_ms,
-        KeyDoc{0, 10000, "ms", "how long a cloud waits for odometry of its time before it is dropped"});
+        KeyDoc{0, 10000, "ms",
+               "how long a cloud waits for odometry of its time before it is dropped (run; replay waits)"});
+  visit("frame", "odometry_gap_s", c.odometry_gap_s,
+        KeyDoc{0.01, 10, "s",
+               "between odometry samples farther apart no pose is interpolated: clouds there are dropped"});
+  visit("frame", "estimate_delay", c.estimate_delay,
+        KeyDoc{0, 1, "", "find out from the turns by how much odometry's stamps lag behind the clouds', and undo it"});
+}
+
+/// A key for each cloud channel, named as the channel is.
+template <typename ConfigType, typename Visitor>
+void visitMountings(ConfigType& c, Visitor& visit) {
+  visit("T_body_lidar", c.lcm.lidar_semantic.c_str(), c.T_body_lidar.lidar_semantic,
+        KeyDoc{-1000, 1000, "m, deg",
+               "how the sensor is mounted: x, y, z, roll, pitch, yaw; zeros: clouds are in the body frame"});
 }
 
 template <typename Section, typename Visitor>
@@ -127,12 +143,15 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
         KeyDoc{0, 0, "path", "class table, relative to this file; empty: the built-in SemanticKITTI table"});
   visitLcm(c.lcm, visit);
   visitFrame(c.frame, visit);
+  visitMountings(c, visit);
   visitCreation(c.creation, visit);
   visitAlignment(c.alignment, visit);
   visitMap(c.map, visit);
   visitCorrection(c.correction, visit);
   visitAblation(c.ablation, visit);
 }
+
+bool isNumber(const toml::node& node) { return node.is_number(); }
 
 std::string dotted(const char* section, const char* key) {
   return *section == '\0' ? key : fmt::format("{}.{}", section, key);
@@ -146,11 +165,11 @@ class Reader {
   template <typename T>
   void operator()(const char* section, const char* key, T& member, const KeyDoc& doc) {
     const std::string name = dotted(section, key);
-    known_.insert(name);
+    known_.insert({section, key});
     if (*section != '\0') {
       sections_.insert(section);
     }
-    const toml::node* node = table_.at_path(name).node();
+    const toml::node* node = find(section, key);
     if (node == nullptr) {
       return;
     }
@@ -162,6 +181,10 @@ class Reader {
       const auto value = static_cast<double>(member);
       if (!(value >= doc.min && value <= doc.max)) {
         complain(*node, fmt::format("'{}' = {} is outside {} .. {} {}", name, value, doc.min, doc.max, doc.unit));
+      }
+    } else if constexpr (std::is_same_v<T, Mounting>) {
+      if (!std::ranges::all_of(numbersOf(member), [&](double v) { return v >= doc.min && v <= doc.max; })) {
+        complain(*node, fmt::format("'{}' has a number outside {} .. {}", name, doc.min, doc.max));
       }
     } else if constexpr (std::is_same_v<T, std::string>) {
       if (member.empty() && name != "classes") {
@@ -186,11 +209,17 @@ class Reader {
   }
 
  private:
+  const toml::node* find(const std::string& section, const std::string& key) const {
+    const toml::table* table = section.empty() ? &table_ : table_[section].as_table();
+    return table == nullptr ? nullptr : table->get(key);
+  }
+
   template <typename T>
   static const char* typeName() {
     return std::is_same_v<T, std::string> ? "a string"
            : std::is_same_v<T, bool>      ? "true or false"
            : std::is_same_v<T, int>       ? "an integer"
+           : std::is_same_v<T, Mounting>  ? "[x, y, z, roll, pitch, yaw], six numbers in m and degrees"
            : std::is_same_v<T, PairCost>  ? "\"wasserstein\", \"centroid\" or \"iou\""
                                           : "a number";
   }
@@ -201,6 +230,15 @@ class Reader {
       const auto value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
       member = value ? static_cast<int>(std::clamp<std::int64_t>(*value, INT32_MIN, INT32_MAX)) : member;
       return value.has_value();
+    } else if constexpr (std::is_same_v<T, Mounting>) {
+      const toml::array* array = node.as_array();
+      std::array<double, 6> v{};
+      if (array == nullptr || array->size() != v.size() || !std::ranges::all_of(*array, isNumber)) {
+        return false;
+      }
+      std::ranges::transform(*array, v.begin(), [](const toml::node& n) { return *n.value<double>(); });
+      member = mountingOf(v);
+      return true;
     } else if constexpr (std::is_same_v<T, PairCost>) {
       const auto* const name = std::ranges::find(kPairCosts, node.value_or(std::string()), &NamedCost::first);
       member = name != std::end(kPairCosts) ? name->second : member;
@@ -219,15 +257,29 @@ class Reader {
       if (section.empty() && sections_.contains(name)) {
         inner != nullptr ? rejectUnknown(*inner, name)
                          : complain(node, fmt::format("'{}' must be a section, [{}]", name, name));
-      } else if (!known_.contains(name) || key.str().find('.') != std::string_view::npos) {
-        complain(node, fmt::format("unknown key '{}' (hggmap run --print-config shows all)", name));
+      } else if (!known_.contains({section, std::string(key.str())})) {
+        complain(node, section == "T_body_lidar"
+                           ? explainUnknownChannel(std::string(key.str()))
+                           : fmt::format("unknown key '{}' (hggmap run --print-config shows all)", name));
       }
     }
   }
 
+  std::string explainUnknownChannel(const std::string& channel) const {
+    std::vector<std::string> channels;
+    for (const auto& [section, key] : known_) {
+      if (section == "T_body_lidar") {
+        channels.push_back(key);
+      }
+    }
+    return fmt::format("'T_body_lidar.{}': no cloud channel has this name (there is {})", channel,
+                       join(channels, ", "));
+  }
+
   const toml::table& table_;
   const std::string& source_;
-  std::set<std::string> known_, sections_;
+  std::set<std::pair<std::string, std::string>> known_;  // section, key
+  std::set<std::string> sections_;
   std::vector<std::pair<toml::source_index, std::string>> errors_;
 };
 
@@ -241,19 +293,6 @@ std::vector<std::string> crossCheck(const Config& c) {
     errors.emplace_back("'creation.beam_factor' * 'creation.beam_spacing_deg' must be at most 8 deg");
   }
   return errors;
-}
-
-/// A TOML basic string.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) {
-      out += fmt::format("\\u{:04X}", c);
-    } else {
-      out += c == '"' || c == '\\' ? std::string{'\\', c} : std::string{c};
-    }
-  }
-  return out + "\"";
 }
 
 }  // namespace
@@ -308,17 +347,23 @@ std::string printConfig(const Config& config) {
     }
     std::string value, about = doc.text;
     if constexpr (std::is_same_v<T, std::string>) {
-      value = quoted(member);
+      value = tomlString(member);
     } else if constexpr (std::is_same_v<T, PairCost>) {
-      value = quoted(std::ranges::find(kPairCosts, member, &NamedCost::second)->first);
+      value = tomlString(std::ranges::find(kPairCosts, member, &NamedCost::second)->first);
+    } else if constexpr (std::is_same_v<T, Mounting>) {
+      for (const double v : numbersOf(member)) {
+        value += (value.empty() ? "[" : ", ") + tomlFloat(v);
+      }
+      value += "]";
+    } else if constexpr (std::is_same_v<T, double>) {
+      value = tomlFloat(member);
+      about += fmt::format("; {} .. {}", doc.min, doc.max);
     } else {
       value = fmt::format("{}", member);
       about += std::is_same_v<T, bool> ? "" : fmt::format("; {} .. {}", doc.min, doc.max);
-      if (std::is_floating_point_v<T> && value.find_first_of(".e") == std::string::npos) {
-        value += ".0";
-      }
     }
-    out += fmt::format("{} = {}  # {}{}\n", key, value, *doc.unit == '\0' ? "" : fmt::format("[{}] ", doc.unit), about);
+    out += fmt::format("{} = {}  # {}{}\n", tomlKey(key), value,
+                       *doc.unit == '\0' ? "" : fmt::format("[{}] ", doc.unit), about);
   });
   return out;
 }

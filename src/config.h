@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/classes.h"
+#include "core/mounting.h"
 #include "core/result.h"
 
 namespace hgg {
@@ -24,6 +25,13 @@ struct FrameConfig {
   double range_max = 80.0;
   double min_confidence = 0.0;
   double odometry_wait_ms = 200.0;
+  double odometry_gap_s = 3.0;
+  bool estimate_delay = true;
+};
+
+/// T_body_lidar of every cloud channel.
+struct MountingConfig {
+  Mounting lidar_semantic;
 };
 
 struct CreationConfig {
@@ -80,6 +88,7 @@ struct Config {
   std::string classes;  // path, relative to the config file; empty: the built-in SemanticKITTI table
   LcmConfig lcm;
   FrameConfig frame;
+  MountingConfig T_body_lidar;
   CreationConfig creation;
   AlignmentConfig alignment;
   MapConfig map;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <chrono>
 #include <map>
 #include <optional>
@@ -9,6 +10,7 @@
 
 #include "alignment/align.h"
 #include "alignment/propagation.h"
+#include "alignment/recovery.h"
 #include "core/se3.h"
 #include "creation/object_graph.h"
 #include "map/class_evidence.h"
@@ -74,26 +76,32 @@ Mapper::Mapper(Config config, ClassTable classes, Map map, LoopTiming timing, Pa
 StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
-  const std::optional<PoseBelief> propagated = propagate(frame.T_odom_body);
-  const PoseBelief prior = propagated ? *propagated : start(frame.T_odom_body);
-  const MapDelta back = corrector_.bringBackAround(map_, prior.T_map_body.translation());
-
-  const LocalGraph local = createLocalGraph(frame, prior.T_map_body, classes_, config_);
+  const Prediction prediction = propagate(frame, report.delta);
+  LocalGraph local = createLocalGraph(frame, prediction.pose.T_map_body, classes_, config_);
   clock.lap("creation");
-  const Alignment alignment = align(local, map_, prior, config_);
+  Alignment alignment = align(local, map_, prediction.pose, config_);
+  report.tracking = track(frame, prediction, local, alignment);
   clock.lap("alignment");
-  const Pose T_last_body =
-      last_ ? Pose(last_->pose.T_map_body.inverse() * alignment.pose.T_map_body) : Pose::Identity();
-  const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, !propagated);
-  MapDelta updated = update(local, alignment, T_last_body, keyframe);
-  clock.lap("update");
-  Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
-  clock.lap("correction");
-
-  last_ = {correction.pose, frame.T_odom_body};
-  T_map_odom_ = correction.pose.T_map_body * frame.T_odom_body.inverse();
+  if (report.tracking == Tracking::kDoubtful) {  // nothing of a frame in the wrong place may enter the map
+    report.tracking = tracker_.hold(frame, prediction);
+  } else {
+    const bool is_jump = (prediction.is_start && !prediction.is_unknown) || report.tracking == Tracking::kRecovered;
+    const Pose T_last_body = tracker_.motionTo(alignment.pose.T_map_body).value_or(Pose::Identity());
+    const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
+                                                    tracker_.odometry().noiseOf(T_last_body));
+    MapDelta updated = update(local, alignment, keyframe);
+    clock.lap("update");
+    report.T_last_body = tracker_.motionTo(alignment.pose.T_map_body);
+    const int loops_before = corrector_.loops().accepted();
+    Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
+    clock.lap("correction");
+    tracker_.accept(frame, alignment, alignment.pose, config_.alignment);
+    tracker_.moveTo(correction.pose);
+    followFragment(loops_before);
+    report.delta = joined(std::move(report.delta), correction.delta);
+    T_map_odom_ = correction.pose.T_map_body * frame.T_odom_body.inverse();
+  }
   report.utime_us = frame.utime_us;
-  report.delta = joined(back, correction.delta);
   report.points = local.points.size();
   report.unknown_labels = local.unknown_labels;
   report.nonfinite_points = local.nonfinite_points;
@@ -101,42 +109,86 @@ StepReport Mapper::step(const Frame& frame) {
   return report;
 }
 
-std::optional<PoseBelief> Mapper::propagate(const Pose& T_odom_body) const {
-  return last_ ? propagatePose(last_->pose, last_->T_odom_body.inverse() * T_odom_body, config_.alignment)
-               : std::nullopt;
-}
-
-PoseBelief Mapper::start(const Pose& T_odom_body) {
-  PoseBelief pose = startPose(T_map_odom_ * T_odom_body, map_.nodes().empty());
-  if (!last_) {
-    map_.startAt(map_.keyframes().newestAt(pose.T_map_body.translation()));
+Prediction Mapper::propagate(const Frame& frame, MapDelta& delta) {
+  Prediction prediction = tracker_.predict(frame, config_.alignment);
+  prediction.is_unknown |= prediction.is_start && !map_.keyframes().poses().empty() && !T_map_start_;
+  if (prediction.is_start) {
+    const Pose T_map_body = T_map_start_.value_or(T_map_odom_ * frame.T_odom_body);
+    prediction.pose = startPose(T_map_body, map_.nodes().empty());
+    map_.startAt(map_.keyframes().newestAt(T_map_body.translation()));
   }
-  return pose;
+  if (prediction.is_unknown) {
+    prediction.pose = startPose(prediction.pose.T_map_body, corrector_.canJoinFragments());
+    delta = corrector_.beginFragment(map_, frame.utime_us, prediction.pose.T_map_body);
+    fragment_ = corrector_.canJoinFragments() ? map_.keyframes().last() : fragment_;
+    prediction.is_start = true;
+  }
+  if (prediction.is_start) {
+    tracker_.startAt(frame, prediction.pose);
+  }
+  const MapDelta back = corrector_.bringBackAround(map_, prediction.pose.T_map_body.translation());
+  delta = joined(std::move(delta), back);
+  return prediction;
 }
 
-MapDelta Mapper::update(const LocalGraph& local, const Alignment& alignment, const Pose& T_last_body,
+Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGraph& local,
+                       Alignment& alignment) const {
+  if (prediction.is_start) {
+    return Tracking::kHeld;
+  }
+  if (prediction.is_disputed) {
+    Recovery other = alignFrom(prediction.guesses.back(), frame, map_, classes_, config_);
+    if (fitsClearlyBetter(other.alignment.fit, alignment.fit)) {
+      local = std::move(other.local), alignment = std::move(other.alignment);
+    }
+  }
+  const Tracking judged = tracker_.judge(prediction, alignment);
+  if (judged == Tracking::kHeld) {
+    return judged;
+  }
+  auto found = recover(frame, map_, prediction.guesses, tracker_.reach(config_.map.leaf_size), tracker_.leastShare(),
+                       classes_, config_);
+  if (!found) {
+    return judged;
+  }
+  local = std::move(found->local), alignment = std::move(found->alignment);
+  return Tracking::kRecovered;
+}
+
+MapDelta Mapper::update(const LocalGraph& local, const Alignment& alignment,
                         const std::optional<NewKeyframe>& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
-  const auto evidence = classEvidence(local, map_, T_map_body, last_ ? viewWeight(T_last_body) : 1,
+  const std::optional<Pose> T_last_body = tracker_.motionTo(T_map_body);
+  const auto evidence = classEvidence(local, map_, T_map_body, T_last_body ? viewWeight(*T_last_body) : 1,
                                       config_.map.active_radius, config_.creation.sigma_floor);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
   update.keyframe = keyframe;
   return map_.apply(std::move(update));
 }
 
+void Mapper::followFragment(int loops_before) {
+  if (fragment_ != 0 && corrector_.loops().accepted() != loops_before) {
+    fragment_ = map_.keyframes().fragments().back();
+  }
+}
+
 void Mapper::describePose(const Alignment& alignment, StepReport& report) const {
-  report.T_map_body = last_->pose.T_map_body;
+  report.T_map_body = tracker_.pose().T_map_body;
   report.T_map_odom = T_map_odom_;
   report.keyframe = map_.keyframes().last();
   report.T_keyframe_body = map_.keyframes().poses().back().T_map_body.inverse() * report.T_map_body;
-  report.source = alignment.source;
+  report.source = report.tracking == Tracking::kDoubtful || report.tracking == Tracking::kLost ? PoseSource::kOdometry
+                                                                                               : alignment.source;
+  report.odometry_fault = tracker_.odometryFault();
+  report.fragment = fragment_;
+  report.pose_cov = tracker_.pose().information.inverse();
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
 }
 
 void Mapper::finish() {
-  const Correction correction = corrector_.finish(map_, last_ ? last_->pose : PoseBelief{});
-  if (last_) {
-    last_->pose = correction.pose;
+  const Correction correction = corrector_.finish(map_, tracker_.hasStarted() ? tracker_.pose() : PoseBelief{});
+  if (tracker_.hasStarted()) {
+    tracker_.moveTo(correction.pose);
   }
   map_.settleGraph();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "alignment/tracker.h"
 #include "config.h"
 #include "core/se3.h"
 #include "correction/corrector.h"
@@ -21,8 +22,13 @@ struct StepReport {
   Pose T_keyframe_body = Pose::Identity();  // in the frame of `keyframe`
   MapDelta delta;                           // of the step as a whole
   PoseSource source = PoseSource::kOdometry;
-  int degenerate = 0;                                    // directions in which it is odometry's
-  KeyframeId keyframe = -1;                              // the pose moves with this one
+  Tracking tracking = Tracking::kHeld;
+  OdometryFault odometry_fault = OdometryFault::kNone;
+  KeyframeId fragment = 0;          // of the map that the robot is in, named by its oldest keyframe; 0: the first one
+  Mat6 pose_cov = Mat6::Zero();     // of T_map_body against the part of the map around it: m^2, rad^2
+  std::optional<Pose> T_last_body;  // the motion since the last frame; nullopt unless the map has aligned both
+  int degenerate = 0;               // directions in which it is odometry's
+  KeyframeId keyframe = -1;         // the pose moves with this one
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
   std::size_t points = 0;                                // kept points
   std::size_t unknown_labels = 0;                        // points with a label outside the class table
@@ -39,6 +45,11 @@ class Mapper {
   /// `pages`: where parts of the map go that are far from the robot; all of it stays in memory without.
   Mapper(Config config, ClassTable classes, Map map = {}, LoopTiming timing = LoopTiming::kFixed, PageStore pages = {});
 
+  /// Where the robot starts in a stored map, known to 0.3 m and 3 degrees. Without it the first frame begins a new
+  /// fragment of map, which is joined to the stored one when loop closure recognises the place. Call before the first
+  /// step.
+  void startAt(const Pose& T_map_body) { T_map_start_ = T_map_body; }
+
   StepReport step(const Frame& frame);
   /// At the end of a drive, before the map is stored: completes what correction is still at work on.
   void finish();
@@ -49,27 +60,24 @@ class Mapper {
   const LoopCloser& loops() const { return corrector_.loops(); }
 
  private:
-  /// The last refined pose and the odometry it came with.
-  struct Aligned {
-    PoseBelief pose;
-    Pose T_odom_body;
-  };
-
-  /// The last pose and the odometry since; nullopt at the first frame and where odometry has jumped.
-  std::optional<PoseBelief> propagate(const Pose& T_odom_body) const;
-  /// The pose to start from where there is none to propagate.
-  PoseBelief start(const Pose& T_odom_body);
+  /// Where the frame is expected; begins a new fragment of map where nothing tells.
+  Prediction propagate(const Frame& frame, MapDelta& delta);
+  /// Whether the frame lies on the map as aligned; where it does not, it is looked for in a wider search.
+  Tracking track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment) const;
   /// The frame fused into the map.
-  MapDelta update(const LocalGraph& local, const Alignment& alignment, const Pose& T_last_body,
-                  const std::optional<NewKeyframe>& keyframe);
+  MapDelta update(const LocalGraph& local, const Alignment& alignment, const std::optional<NewKeyframe>& keyframe);
+  /// Whether a loop has joined the fragment to the first one.
+  void followFragment(int loops_before);
   void describePose(const Alignment& alignment, StepReport& report) const;
 
   Config config_;
   ClassTable classes_;
   Map map_;
   Corrector corrector_;
+  Tracker tracker_;
   Pose T_map_odom_ = Pose::Identity();
-  std::optional<Aligned> last_;
+  std::optional<Pose> T_map_start_;
+  KeyframeId fragment_ = 0;
 };
 
 }  // namespace hgg

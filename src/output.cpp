@@ -16,6 +16,19 @@ namespace {
 /// known (t x y z qx qy qz qw) and, behind it, the keyframe it moves with and the pose in its frame.
 constexpr char kTrajectoryPart[] = "trajectory.tum.part";
 
+constexpr char kLivePart[] = "live.tum.part";
+
+/// What was said of a pose when it was published.
+std::string statusWord(const StepReport& report) {
+  if (report.tracking == Tracking::kLost || report.fragment != 0) {
+    return "lost";
+  }
+  if (report.tracking != Tracking::kHeld) {
+    return nameOf(report.tracking);
+  }
+  return report.odometry_fault != OdometryFault::kNone ? codeOf(report.odometry_fault) : nameOf(report.source);
+}
+
 std::string poseText(const Pose& T) {
   const Eigen::Quaterniond q(T.linear());
   const Vec3 t = T.translation();
@@ -61,7 +74,8 @@ Result<OutputDirectory> OutputDirectory::open(const std::string& directory) {
   std::filesystem::create_directories(directory, error);
   OutputDirectory out(directory);
   out.trajectory_.open(out.path(kTrajectoryPart), std::ios::trunc);
-  if (error || !out.trajectory_) {
+  out.live_.open(out.path(kLivePart), std::ios::trunc);
+  if (error || !out.trajectory_ || !out.live_) {
     return Result<OutputDirectory>::fail(fmt::format("{}: cannot write into the output directory (--out)", directory));
   }
   return Result<OutputDirectory>::ok(std::move(out));
@@ -70,7 +84,16 @@ Result<OutputDirectory> OutputDirectory::open(const std::string& directory) {
 void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, const Map& map) {
   trajectory_ << fmt::format("{}.{:06d} {} {} {}\n", report.utime_us / 1'000'000, report.utime_us % 1'000'000,
                              poseText(report.T_map_body), report.keyframe, poseText(report.T_keyframe_body));
+  live_ << fmt::format("{}.{:06d} {} {}\n", report.utime_us / 1'000'000, report.utime_us % 1'000'000,
+                       poseText(report.T_map_body), statusWord(report));
+  stats_.add(report);
   stats_.add(timing, map.megabytes());
+}
+
+void OutputDirectory::discard() {
+  trajectory_.close();
+  std::remove(path(kTrajectoryPart).c_str());
+  std::remove(path(kLivePart).c_str());
 }
 
 std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
@@ -84,6 +107,10 @@ std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& count
   } else {
     std::remove(corrected.c_str());
     errors.push_back(fmt::format("{}: cannot write the trajectory (disk full?)", path("trajectory.tum")));
+  }
+  live_.close();
+  if (!live_ || std::rename(path(kLivePart).c_str(), path("live.tum").c_str()) != 0) {
+    errors.push_back(fmt::format("{}: cannot write the published poses (disk full?)", path("live.tum")));
   }
   std::ofstream stats(path("stats.json"), std::ios::trunc);
   if (!(stats << stats_.json(counts, mapper.map(), mapper.loops())) || !stats.flush()) {

@@ -93,6 +93,16 @@ void FrameCurve::halve() {
   bin_width_ *= 2;
 }
 
+void TrackingCounts::add(const StepReport& report) {
+  recovered += report.tracking == Tracking::kRecovered ? 1 : 0;
+  doubtful += report.tracking == Tracking::kDoubtful || report.tracking == Tracking::kLost ? 1 : 0;
+  apart += report.fragment != 0 ? 1 : 0;
+  fragment = report.fragment;
+  if (report.odometry_fault != OdometryFault::kNone) {
+    ++odometry_faults[codeOf(report.odometry_fault)];
+  }
+}
+
 void RunStats::add(const FrameTiming& timing, double map_mb) {
   frame_ms_.add(timing.frame_ms);
   time_.add(timing.frame_ms);
@@ -117,6 +127,21 @@ std::string RunStats::json(const RunCounts& c, const Map& map, const LoopCloser&
   j["frames"] = c.frames;
   j["dropped"] = c.drops.total();
   j["dropped_by_reason"] = {{"busy", c.drops.busy}, {"odometry", c.drops.odometry}, {"invalid", c.drops.invalid}};
+  j["drop_causes"] = c.drops.causes;
+  j["odometry"] = {{"samples", c.odometry_samples},
+                   {"rejected", c.odometry_rejected},
+                   {"out_of_line", c.odometry_outliers},
+                   {"begun_anew", c.odometry_anew},
+                   {"interval_s", static_cast<double>(c.odometry_interval_us) * 1e-6},
+                   {"longest_gap_s", static_cast<double>(c.odometry_gap_us) * 1e-6}};
+  j["tracking"] = {{"recovered", tracking_.recovered},
+                   {"doubtful", tracking_.doubtful},
+                   {"apart", tracking_.apart},
+                   {"fragment", tracking_.fragment}};
+  j["odometry_faults"] = tracking_.odometry_faults;
+  j["odometry_delay_s"] = rounded(c.odometry_delay_s);
+  j["restarts"] = c.restarts;
+  j["oddities"] = c.oddities;
   j["unknown_labels"] = c.unknown_labels;
   j["nonfinite_points"] = c.nonfinite_points;
   j["frame_ms"] = summary(frame_ms_);

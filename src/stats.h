@@ -9,6 +9,7 @@
 #include "correction/loop_closer.h"
 #include "frame/frame.h"
 #include "map/map.h"
+#include "mapper.h"
 
 namespace hgg {
 
@@ -63,15 +64,32 @@ struct RunCounts {
   std::int64_t frames = 0;  // stepped
   FrameDrops drops;
   std::int64_t unknown_labels = 0, nonfinite_points = 0;     // points
-  std::int64_t odometry_samples = 0, odometry_rejected = 0;  // decoded; of those late or duplicate
-  std::int64_t restarts = 0;                                 // time went back by more than kRestart_us
+  std::int64_t odometry_samples = 0, odometry_rejected = 0;  // decoded; of those late, duplicate or out of line
+  double odometry_delay_s = 0;                               // by which odometry's stamps lag behind, as estimated
+  std::int64_t odometry_outliers = 0;                        // of the rejected: those with a stamp out of line
+  std::int64_t odometry_anew = 0;                            // times the odometry began anew
+  Micros odometry_interval_us = 0;                           // usual time between samples; 0: not known
+  Micros odometry_gap_us = 0;                                // longest gap between samples that cost a cloud; 0: none
+  std::int64_t restarts = 0;                                 // times that time went back between frames
   std::map<std::string, std::int64_t> decode_errors;         // "cloud: truncated" -> messages
+  std::vector<std::string> oddities;                         // what else looks wrong with the inputs, a line each
+};
+
+/// How often the robot did not know where it was, and what was wrong with odometry; in frames.
+struct TrackingCounts {
+  std::int64_t recovered = 0, doubtful = 0;  // frames found in a wider search, and left out because they did not fit
+  std::int64_t apart = 0;                    // frames in a fragment that was not joined yet
+  KeyframeId fragment = 0;                   // of the last frame
+  std::map<std::string, std::int64_t> odometry_faults;  // by their code
+
+  void add(const StepReport& report);
 };
 
 /// Accumulates the cost of a run over its frames.
 class RunStats {
  public:
   void add(const FrameTiming& timing, double map_mb);
+  void add(const StepReport& report) { tracking_.add(report); }
   /// stats.json (keys in docs/operations.md). The memory and time curves have at most 200 points each.
   std::string json(const RunCounts& counts, const Map& map, const LoopCloser& loops) const;
 
@@ -83,6 +101,7 @@ class RunStats {
 
   static constexpr std::size_t kCurvePoints = 200;
 
+  TrackingCounts tracking_;
   Distribution frame_ms_;
   FrameCurve time_{kCurvePoints};
   std::map<std::string, Distribution> stage_ms_;

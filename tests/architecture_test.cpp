@@ -89,7 +89,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"place", {"core", "config", "map", "alignment"}},
     {"correction", {"core", "config", "map", "creation", "alignment", "place"}},
     {"mapper", {"core", "config", "map", "creation", "alignment", "place", "correction"}},
-    {"stats", {"core", "config", "map", "correction"}},
+    {"stats", {"core", "config", "map", "correction", "mapper"}},
     {"bus", {"core", "config"}},
     {"frame", {"core", "config"}},
     {"traversability", {"core", "config", "map"}},

@@ -156,6 +156,32 @@ TEST(ParseConfig, AQuotedKeyWithADotIsNotThatKey) {
   EXPECT_TRUE(has(complaints("\"frame.range_max\" = 15"), "unknown key"));
 }
 
+TEST(ParseConfig, TakesTheMountingOfACloudChannelByItsName) {
+  const auto config = parseConfig("[T_body_lidar]\nLIDAR_SEMANTIC = [1, -2.5, 0.5, 0, 30, 90]", "f");
+  ASSERT_TRUE(config) << config.error;
+  EXPECT_EQ(config->T_body_lidar.lidar_semantic, (Mounting{1, -2.5, 0.5, 0, 30, 90}));
+  const auto renamed =
+      parseConfig("[T_body_lidar]\n\"a.b c\" = [1, 2, 3, 4, 5, 6]\n[lcm]\nlidar_semantic = \"a.b c\"", "f");
+  ASSERT_TRUE(renamed) << renamed.error;
+  EXPECT_EQ(renamed->T_body_lidar.lidar_semantic, (Mounting{1, 2, 3, 4, 5, 6}));
+  EXPECT_TRUE(has(printConfig(*renamed), "\n\"a.b c\" = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]"));
+  EXPECT_EQ(printConfig(*parseConfig(printConfig(*renamed), "printed")), printConfig(*renamed));
+}
+
+TEST(ParseConfig, AMountingIsSixFiniteNumbersOfAKnownChannel) {
+  for (const char* value : {"[1, 2, 3]", "[1, 2, 3, 4, 5, 6, 7]", "[0, 0, 0, 0, 0, \"90\"]", "1.5", "[]"}) {
+    EXPECT_TRUE(has(complaints(std::string("[T_body_lidar]\nLIDAR_SEMANTIC = ") + value),
+                    "f.toml:2: 'T_body_lidar.LIDAR_SEMANTIC' must be [x, y, z, roll, pitch, yaw]"))
+        << value;
+  }
+  for (const char* value : {"[nan, 0, 0, 0, 0, 0]", "[0, inf, 0, 0, 0, 0]", "[0, 0, 0, 0, 0, 5000]"}) {
+    EXPECT_TRUE(has(complaints(std::string("[T_body_lidar]\nLIDAR_SEMANTIC = ") + value), "outside -1000 .. 1000"));
+  }
+  EXPECT_TRUE(has(complaints("[T_body_lidar]\nVELODYNE = [0, 0, 0, 0, 0, 0]"),
+                  "'T_body_lidar.VELODYNE': no cloud channel has this name (there is LIDAR_SEMANTIC)"));
+  EXPECT_TRUE(has(complaints("T_body_lidar = [0, 0, 0, 0, 0, 0]"), "'T_body_lidar' must be a section"));
+}
+
 TEST(ParseConfig, ChecksKeysAgainstEachOther) {
   EXPECT_TRUE(
       has(complaints("[frame]\nrange_min = 20\nrange_max = 15"), "'frame.range_min' must be below 'frame.range_max'"));

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 
 #include "map/file.h"
 #include "mapper.h"
@@ -230,6 +231,55 @@ TEST(MapperLoop, WhatALoopBringsTogetherIsOneThing) {
   EXPECT_EQ(doublesIn(map), 0);
 }
 
+/// Rounds with the map's poses, that can be carried elsewhere while they are switched off.
+struct Carried : Rounds {
+  static Config config() {
+    Config config = Rounds::config();
+    config.ablation.odometry_pose = false;
+    return config;
+  }
+  Carried() : Rounds(config()) {}
+
+  /// Wakes up `frames` frames later and farther on, with odometry at zero.
+  const StepReport& wakeUp(int frames) {
+    first += frames;
+    T_odom_body = Pose::Identity();
+    Frame frame = frameAt(first + static_cast<int>(reports.size()));
+    frame.odometry_restarted = true;
+    reports.push_back(mapper.step(frame));
+    return reports.back();
+  }
+  Vec3 error() const {
+    return reports.back().T_map_body.translation() -
+           truthAt(first + static_cast<int>(reports.size()) - 1).translation();
+  }
+};
+
+TEST(MapperLoop, ARobotThatWakesUpElsewhereIsFoundAgainAndNothingIsThereTwice) {
+  Carried robot;
+  for (int k = 0; k < kRound + 15; ++k) {  // all around, and away from where odometry is zero
+    robot.step();
+    ASSERT_EQ(robot.reports.back().fragment, 0) << k;
+  }
+  const Pose T_map_odom = robot.reports.back().T_map_odom;
+  const KeyframeId fragment = robot.wakeUp(25).fragment;
+  EXPECT_GT(fragment, 0) << "a new fragment of map begins";
+  int frames = 0;
+  for (; frames < 2 * kRound && robot.reports.back().fragment != 0; ++frames) {
+    robot.step();
+  }
+  ASSERT_EQ(robot.reports.back().fragment, 0)
+      << (robot.mapper.loops().records().empty() ? "never verified" : robot.mapper.loops().records().back().reason);
+  EXPECT_LT(robot.error().norm(), 0.5);
+  EXPECT_FALSE(robot.reports.back().T_map_odom.isApprox(T_map_odom, 0.1)) << "odometry has its zero elsewhere now";
+  EXPECT_EQ(doublesIn(robot.mapper.map()), 0);
+  for (int k = 0; k < 5; ++k) {  // and goes on there
+    robot.step();
+    EXPECT_LT(robot.error().norm(), 0.5);
+  }
+  EXPECT_EQ(robot.mapper.map().keyframes().fragments().back(), 0);
+}
+
 TEST(MapperLoop, TwoRunsGiveTheSameBytes) {
   Rounds a, b;
   for (int k = 0; k < kRound + 20; ++k) {
@@ -276,9 +326,16 @@ TEST(MapperLoop, EdgesOfWhatACorrectionMovedAreThoseOfTheWholeMap) {
   EXPECT_GE(graph.edges().size() + 1, graph.size()) << "it is connected";
 }
 
+/// With ground that is as dense as a LiDAR sees it: leaves of a few points do not hold a pose.
 Frame smallWorldFrame(int i) {
   const OdometrySample odometry = SmallWorld::odometry(i);
-  return {odometry.utime_us, odometry.T_odom_body, SmallWorld::points(i)};
+  Frame frame{odometry.utime_us, odometry.T_odom_body, SmallWorld::points(i)};
+  std::mt19937 random(static_cast<unsigned>(i));
+  std::uniform_real_distribution<float> unit(-1, 1);
+  for (int n = 0; n < 20'000; ++n) {
+    frame.points.push_back({30 * unit(random), 6 * unit(random), -1.5F + 0.02F * unit(random), 0, 40});
+  }
+  return frame;
 }
 
 TEST(MapperResume, AStoredMapIsUsableAtOnceWhereverTheRobotStartsInIt) {
@@ -291,6 +348,7 @@ TEST(MapperResume, AStoredMapIsUsableAtOnceWhereverTheRobotStartsInIt) {
     auto stored = decodeMap(encodeMap(first.map()));
     ASSERT_TRUE(stored) << stored.error;
     Mapper second({}, ClassTable::builtin(), std::move(stored->map));
+    second.startAt(smallWorldFrame(start).T_odom_body);
     for (int i = start; i >= 0 && i > start - 5; --i) {
       second.step(smallWorldFrame(i));
       for (const auto& [id, node] : second.map().nodes()) {
@@ -348,6 +406,7 @@ TEST(MapperResume, AMapWithALoopOpenIsNotConstrainedToBothOfItsEnds) {
   Rounds resumed(config, std::move(stored->map));
   resumed.first = static_cast<int>(before.reports.size());
   resumed.T_odom_body = before.T_odom_body;
+  resumed.mapper.startAt(before.T_odom_body);
   const double worst = worstKeyframe(resumed.mapper.map().keyframes());
   EXPECT_GT(worst, 0.6);
   for (int k = 0; k < 60; ++k) {

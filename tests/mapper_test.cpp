@@ -175,6 +175,7 @@ TEST(Mapper, GoingOnFromAFileSeesTheSameObjects) {
   const auto stored = decodeMap(encodeMap(first.map()));
   ASSERT_TRUE(stored) << stored.error;
   Mapper second({}, testClasses(), stored->map);
+  second.startAt(frames[5].T_odom_body);
   for (auto it = frames.begin() + 5; it != frames.end(); ++it) {
     second.step(*it);
   }

@@ -125,5 +125,48 @@ TEST(OutputDirectory, ThatCannotBeMadeIsAnErrorThatNamesIt) {
   EXPECT_NE(out.error.find((scratch / "file/sub").string()), std::string::npos) << out.error;
 }
 
+TEST(OutputDirectory, LivePosesAreThoseThatWerePublishedWithAWordEach) {
+  const Scratch scratch;
+  KeyframeGraph keyframes;
+  keyframes.add({0, Pose(Eigen::Translation3d(7, 0, 0))});  // a correction has moved it since
+  const Mapper mapper({}, testClasses(), Map::restore({}, keyframes, {}, 1));
+  auto out = OutputDirectory::open((scratch / "").string());
+  ASSERT_TRUE(out) << out.error;
+  std::vector<StepReport> reports(9, reportAt(1'000'000, Vec3(1, 2, 3), 0));
+  reports[0].source = PoseSource::kAligned;
+  reports[1].source = PoseSource::kDegenerate;
+  reports[3].tracking = Tracking::kRecovered;
+  reports[4].tracking = Tracking::kDoubtful;
+  reports[5].tracking = Tracking::kLost;
+  reports[6].source = PoseSource::kAligned, reports[6].fragment = 4;
+  reports[7].odometry_fault = OdometryFault::kSlip;
+  reports[8].odometry_fault = OdometryFault::kSlip, reports[8].tracking = Tracking::kDoubtful;
+  const std::vector<std::string> words{"aligned", "degenerate", "odometry",      "recovered", "doubtful",
+                                       "lost",    "lost",       "odometry_slip", "doubtful"};
+  for (const StepReport& report : reports) {
+    out->add(report, {1, {}}, mapper.map());
+  }
+  ASSERT_EQ(out->finish(mapper, {}), "");
+  std::string expected;
+  for (const std::string& word : words) {
+    expected += "1.000000 1 2 3 0 0 0 1 " + word + "\n";
+  }
+  EXPECT_EQ(readText(scratch / "live.tum"), expected);
+  EXPECT_TRUE(readText(scratch / "trajectory.tum").starts_with("1.000000 8 2 3 ")) << "which the trajectory is not";
+  EXPECT_FALSE(std::filesystem::exists((scratch / "live.tum.part").string()));
+}
+
+TEST(OutputDirectory, ARunThatCameToNothingLeavesTheEarlierLivePoses) {
+  const Scratch scratch;
+  writeText(scratch / "live.tum", "earlier");
+  const Mapper mapper = someMapper();
+  auto out = OutputDirectory::open((scratch / "").string());
+  ASSERT_TRUE(out) << out.error;
+  out->add(reportAt(1, Vec3(1, 2, 3), 0), {1, {}}, mapper.map());
+  out->discard();
+  EXPECT_EQ(readText(scratch / "live.tum"), "earlier");
+  EXPECT_FALSE(std::filesystem::exists((scratch / "live.tum.part").string()));
+}
+
 }  // namespace
 }  // namespace hgg::output_test

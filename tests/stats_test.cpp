@@ -87,7 +87,7 @@ TEST(RunStats, JsonHasTheDocumentedKeys) {
   stats.add({30, {{"decode", 5}, {"creation", 20}, {"update", 4}}}, 0.5);
   stats.add({10, {{"decode", 1}, {"creation", 8}, {"update", 1}}}, 0.6);
   RunCounts counts;
-  counts.frames = 2, counts.drops = {1, 2, 3}, counts.unknown_labels = 44, counts.nonfinite_points = 55;
+  counts.frames = 2, counts.drops = {1, 2, 3, {}}, counts.unknown_labels = 44, counts.nonfinite_points = 55;
   const Json j = statsOf(stats, counts, map);
   EXPECT_EQ(j["frames"], 2);
   EXPECT_EQ(j["dropped"], 6);

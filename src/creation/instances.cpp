@@ -59,13 +59,14 @@ Grouping groupPoints(const Frame& frame, const Pose& T_map_body, const ClassTabl
   const auto per_tile = static_cast<float>(1 / config.creation.tile_size);
   const auto range_min = static_cast<float>(config.frame.range_min),
              range_max = static_cast<float>(config.frame.range_max);
+  const Eigen::Vector3f sensor = frame.p_body_sensor.cast<float>();
   Grouping g;
   g.points.reserve(frame.points.size());
   g.group_of.reserve(frame.points.size());
   GroupTable table(g.groups);
   for (const Point& p : frame.points) {
     const Eigen::Vector3f v(p.x, p.y, p.z);
-    const float square = v.squaredNorm();
+    const float square = (v - sensor).squaredNorm();
     if (!std::isfinite(square)) {
       ++out.nonfinite_points;
       continue;

@@ -4,17 +4,19 @@
 #include <iterator>
 #include <utility>
 
+#include "map/position.h"
+
 namespace hgg {
 namespace {
 
-ObjectSummary summarise(const MapNode& node, const ClassTable& classes) {
+ObjectSummary summarise(const Map& map, const MapNode& node, const ClassTable& classes) {
   ObjectSummary out;
   out.id = node.id;
   out.label = node.label;
   out.name = classes.name(node.label);
   out.belief = node.belief;
   out.relative_cov = positionCovariance(node);
-  out.position_cov = out.relative_cov;  // drift of the anchor would come on top, and is not modelled yet
+  out.position_cov = positionCovarianceInMap(map, node);
   out.anchor = node.anchor;
   out.stuff = node.stuff;
   out.existence = existenceOf(node);
@@ -43,7 +45,7 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report, const s
   for (const NodeId id : touched) {
     const MapNode* node = mapper.map().find(id);
     if (node != nullptr && isConfirmed(*node)) {
-      update.objects.push_back(summarise(*node, mapper.classes()));
+      update.objects.push_back(summarise(mapper.map(), *node, mapper.classes()));
     } else if (node != nullptr) {
       update.removed.push_back(id);
     }
@@ -61,7 +63,7 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
   update.complete = true;
   for (const auto& [id, node] : mapper.map().nodes()) {
     if (isConfirmed(node)) {
-      update.objects.push_back(summarise(node, mapper.classes()));
+      update.objects.push_back(summarise(mapper.map(), node, mapper.classes()));
     }
   }
   update.edges = mapper.map().graph().edges();

@@ -16,7 +16,14 @@ struct LatestFrame {
   FrameTiming timing;
   std::string alignment;  // how its pose came about; empty before the first frame
   int degenerate = 0;     // directions in which it is odometry's
+  Tracking tracking = Tracking::kHeld;
+  OdometryFault odometry_fault = OdometryFault::kNone;
+  KeyframeId fragment = 0;
+  Mat6 pose_cov = Mat6::Zero();
 };
+
+/// What is wrong with where the robot believes to be, and with what it goes by. `odometry` is its channel.
+std::vector<Alarm> alarmsOf(const LatestFrame& latest, double odometry_delay_s, const std::string& odometry);
 
 /// The counts at a time of the publisher's clock. What happened in a second is the difference of two.
 struct CountsAt {
@@ -25,7 +32,8 @@ struct CountsAt {
 };
 
 /// Status at the time of `now`; the frame rate is that since `before`, which must be earlier.
-Status describeHealth(const LatestFrame& latest, const CountsAt& before, const CountsAt& now, const Map& map);
+Status describeHealth(const LatestFrame& latest, const CountsAt& before, const CountsAt& now, const Map& map,
+                      const std::string& odometry_channel);
 
 /// Fills the fields of `status` that describe the map.
 void describeMap(const Map& map, Status& status);

@@ -44,13 +44,30 @@ struct GraphUpdate {
   std::vector<Edge> edges;             // all edges with an end among `objects`
 };
 
+/// Something that is wrong now; fields of hgg.alarm_t.
+struct Alarm {
+  bool is_serious = false;  // the map or the pose is not to be trusted
+  std::string code;         // for programs, never renamed: "lost", "odometry_lag"
+  std::string subject;      // the channel it is about; may be empty
+  std::string text;         // one sentence for people
+};
+
+/// What a supervisor acts on; values of hgg.status_t.
+enum class HealthState : std::uint8_t { kUnknown = 0, kOk = 1, kDegraded = 2, kLost = 3 };
+
 /// Health of a mapper; fields of hgg.status_t. Those of it that are not here nobody computes yet, and they go out as
 /// not known.
 struct Status {
   Micros utime_us = 0;
+  HealthState state = HealthState::kUnknown;
+  std::int64_t fragment = 0;  // of the map that the robot is in, named by its oldest keyframe; 0: the first one
+  double position_sigma = 0;  // m, of the robot's place against the map around it, worst axis; 0: not known
+  double heading_sigma = 0;   // rad; 0: not known
+  std::vector<Alarm> alarms;
   std::int64_t frames = 0;
   std::int64_t dropped_busy = 0, dropped_odometry = 0, dropped_invalid = 0;
-  double frame_rate = 0;  // Hz
+  std::vector<std::pair<std::string, std::int64_t>> drops;  // every loss in detail, odometry's included
+  double frame_rate = 0;                                    // Hz
   double frame_ms = 0;
   std::vector<std::pair<std::string, double>> stage_ms;
   std::int64_t objects = 0, leaves = 0;

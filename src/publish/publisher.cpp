@@ -38,7 +38,9 @@ FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing
   const double publish_ms = static_cast<double>(clock_() - start_us) * 1e-3;
   timing.stage_ms.emplace_back("publish", publish_ms);
   timing.frame_ms += publish_ms;
-  latest_ = {report.utime_us, timing, nameOf(report.source), report.degenerate};
+  latest_ = {report.utime_us,       timing,          nameOf(report.source), report.degenerate, report.tracking,
+             report.odometry_fault, report.fragment, report.pose_cov};
+  warnOfAlarms();
   return timing;
 }
 
@@ -48,7 +50,7 @@ void Publisher::tick(const RunCounts& counts) {
     return;
   }
   CountsAt now{now_us, counts};
-  send(&Sink::status, describeHealth(latest_, last_, now, mapper_.map()));
+  send(&Sink::status, describeHealth(latest_, last_, now, mapper_.map(), mapper_.config().lcm.odometry));
   warnOfIdleness(now);
   warnOfTroubles(now);
   if (now_us >= next_complete_us_) {
@@ -65,6 +67,18 @@ void Publisher::warnOfIdleness(const CountsAt& now) {
     next_idle_us_ = now.time_us + kIdle_us;
     send(&Sink::warning, explainIdleness(last_.counts, now.counts, mapper_.config().lcm));
   }
+}
+
+/// Each alarm is said once when it begins.
+void Publisher::warnOfAlarms() {
+  std::set<std::string> now;
+  for (const Alarm& alarm : alarmsOf(latest_, last_.counts.odometry_delay_s, mapper_.config().lcm.odometry)) {
+    now.insert(alarm.code);
+    if (!told_.contains(alarm.code)) {
+      send(&Sink::warning, alarm.text);
+    }
+  }
+  told_ = std::move(now);
 }
 
 void Publisher::warnOfTroubles(const CountsAt& now) {

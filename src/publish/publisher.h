@@ -1,6 +1,8 @@
 #pragma once
 
 #include <functional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "mapper.h"
@@ -29,6 +31,7 @@ class Publisher {
   template <typename Message>
   void send(std::function<void(const Message&)> Sink::*channel, const Message& message);
   void warnOfIdleness(const CountsAt& now);
+  void warnOfAlarms();
   void warnOfTroubles(const CountsAt& now);
   void publishCompleteGraph(Micros now_us);
 
@@ -37,6 +40,7 @@ class Publisher {
   Clock clock_;
   MoveQueue moves_;
   LatestFrame latest_;
+  std::set<std::string> told_;              // codes of the alarms there are
   CountsAt last_;                           // at the last status
   Micros next_complete_us_, next_idle_us_;  // not before these
 };

@@ -133,7 +133,7 @@ TEST_F(PublisherTest, StatusComesOnceASecondWithTheRateOfThatSecond) {
   pass(publisher, kSecond_us, 0);
   ASSERT_EQ(listener_.statuses.size(), 1U);
   EXPECT_EQ(listener_.statuses[0].frame_rate, 0);
-  counts_.drops = {1, 2, 3};
+  counts_.drops = {1, 2, 3, {}};
   counts_.unknown_labels = 4;
   pass(publisher, 5 * kSecond_us, 2);
   ASSERT_EQ(listener_.statuses.size(), 6U);
