@@ -15,7 +15,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(REPO / "tools"))
-from matrix import figures, tables, workshop  # noqa: E402
+from matrix import figures, lies, tables, workshop  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
@@ -392,6 +392,80 @@ class Command(unittest.TestCase):
         self.assertIn("| street | 0.250 ± 0.000 | 99.00 ± 0.00 | 12.00 ± 0.00 | 50.00 ± 0.00 | not yet | 0.01 ± 0.00 | 0.10 ± 0.00 |", out)
         self.assertLess(out.index("| street |"), out.index("| apartment |"))
         self.assertEqual(self.count("map"), 10)
+
+    def real_paths(self):
+        folder = self.dir / "data" / "kitti_trajectories"
+        folder.mkdir(parents=True)
+        for name in ("05_gt", "05_odometry", "07_gt", "07_odometry"):
+            (folder / f"{name}.txt").write_text(f"{name}\n")
+        return ["--data", self.dir / "data"]
+
+    def test_odometry_lies_in_every_way_along_every_path(self):
+        scores = {**SCORES, "odometry": {"ate_rmse": 1.5}, "cost": {"frames": 5, "odometry_delay_s": 0.104}}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps(scores)))
+        code, out, errors = self.run_it("--only", "lies", "--seeds", "1,2", *self.real_paths())
+        self.assertEqual(code, 0, errors)
+        row = "| along KITTI 07 | late, every 2nd | 2 | 1.50 ± 0.00 | 0.500 ± 0.000 | 0.50 ± 0.00 | 4 | 2 | 0.1 | 0.104 ± 0.000 |"
+        self.assertIn(row, out)
+        self.assertEqual(self.count("sim"), 2 * 2 * len(lies.LIES))
+        self.assertIn("--every 2 --odometry-delay 0.1 -o", self.calls.read_text())
+        self.assertIn("| along KITTI 05 | wheels, late | 2 |", out)
+
+    def test_the_mapper_of_before_stands_beside_on_the_same_logs(self):
+        before = self.dir / "before"
+        before.mkdir()
+        self.program("../before/hggmap", MAP + "# older\n")
+        code, out, errors = self.run_it("--quick", "--only", "odometry,objects", "--before", before)
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| ATE out, m, before | after | F1, before | after |", out)
+        self.assertIn("| yard | late by 0.1 s | 2 | not yet | 0.500 ± 0.000 | 0.500 ± 0.000 | 0.50 ± 0.00 | 0.50 ± 0.00 | 4 | 4 | 2 | 2 | 0.1 |", out)
+        for name in tables.LYING:
+            self.assertIn(f"--only {name}`", out)
+        sims = [line for line in self.calls.read_text().splitlines() if line.startswith("sim")]
+        self.assertEqual(len(sims), len({line.split(" -o ")[0] for line in sims}))  # no log was made twice
+        configs = [f.read_text() for f in (self.dir / "out" / "maps").glob("*/config.toml")]
+        self.assertTrue(any("drift_reach" in text for text in configs) and any("drift_reach" not in text for text in configs))  # the older one does not print it
+        self.assertEqual(self.run_it("--quick", "--before", self.dir / "nowhere")[0], 2)
+
+    def test_keys_an_older_mapper_does_not_know_are_left_out(self):
+        toml = 'classes = "c"\nnews = 1\n\n[a]\n# b = 2\nb = 3\nnew = 4\n[fresh]\nLIDAR = [0, 0]\n'
+        self.assertEqual(workshop.without_unknown(toml, {"classes", "a.b"}), 'classes = "c"\n\n[a]\n# b = 2\nb = 3\n')
+
+    def recovering(self, back, wrong=0.0, said=1.5):
+        recovery = {"end_error": 0.25, "back_after_s": back, "longest_wrong_s": wrong, "said_after_s": said}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps({**SCORES, "recovery": recovery})))
+
+    def test_a_carried_robot_is_back_or_not(self):
+        arguments = ["--only", "kidnapping", "--worlds", "street", "--kidnaps", "4"]
+        self.recovering(7.25, wrong=3.0)
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| street | goes on | 2 | 1.00 | 7.2 | 2 | 0.50 ± 0.00 | 0.50 ± 0.00 |", out)
+        self.assertIn("--kidnap 27.3 --kidnap-odometry on", self.calls.read_text())
+        self.assertIn("--fault 30.3", self.calls.read_text())
+        self.recovering(None)
+        self.assertIn("| street | restarts at zero | 2 | 0.00 | never | 0 |", self.run_it(*arguments)[1])
+
+    def test_a_fault_is_said_and_survived_or_not(self):
+        arguments = ["--only", "faults", "--worlds", "street", "--seeds", "1"]
+        self.recovering(0.5)
+        code, out, errors = self.run_it(*arguments)
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| street | slip | 1.5 | 0.5 | 0 | 0.25 | 0.50 |", out)
+        self.assertIn("--odometry-fault slip@20 -o", self.calls.read_text())
+        self.recovering(0.5, said=None)
+        self.assertIn("| street | xyzw | never | 0.5 |", self.run_it(*arguments)[1])
+
+    def test_beliefs_are_those_of_worlds_and_paths_with_and_without_lag(self):
+        calibration = {"mean_over_3": 1.25, "inside_90": 0.875}
+        scores = {**SCORES, "positions": {"from_start": calibration, "neighbours": calibration}}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps(scores)))
+        code, out, errors = self.run_it("--only", "beliefs", "--worlds", "street", *self.real_paths())
+        self.assertEqual(code, 0, errors)
+        figures_ = "1.25 ± 0.00 | 0.88 ± 0.00 | 1.25 ± 0.00 | 0.88 ± 0.00 |"
+        for row in ("street | as is", "street | late by 0.1 s", "along KITTI 07 | late by 0.1 s"):
+            self.assertIn(f"| {row} | {figures_}", out)
+        self.assertEqual(self.count("map"), 3 * 2 * 5)
 
     def test_results_are_kept_without_the_list_of_loops(self):
         self.run_it("--quick", "--only", "objects")

@@ -18,7 +18,11 @@ first, each object at most once. Matched = found, true objects left = missed, ma
 count, and a class with true objects is one of things whatever the map says; true objects that move or are taken away
 are left out, and a map object that matches one of them is set aside: neither found nor a ghost.
 Calibration: normalised squared errors under the published covariances, of matches only, so none is farther off than
-the radius: what is lost is not in it. Mean sigma (m) says how sharp the beliefs are; honest ones can be vague.
+the radius: what is lost is not in it. Mean sigma (m) says how sharp the beliefs are; honest ones can be vague. Errors are
+taken in the frame of the map's first pose, which the published covariance speaks of, not after the best fit. Neighbours:
+the same of differences of two positions, of all pairs within 30 m (a map.hgg only).
+Live poses: as they were published, where the run left them (live.tum, with the status), else as corrected later; the map
+is laid over the truth at the first pose. Right is within 0.3 m, and back when it stays so for 5 s.
 Trajectory: with --trajectory the map is first laid over the truth by the rigid transform between estimated and true
 poses (mean rotation, mean position), because a map may start anywhere; the ATE is the usual RMSE after its own best
 fit. The share of true poses that are scored is reported; below 0.95 with a warning, as poses left out cannot count as
@@ -80,6 +84,16 @@ void addInputs(CLI::App& app, hgg::EvalOptions& options) {
   times->type_name("FILE")->needs(trajectory);
   poses->needs(trajectory);
   log->needs(trajectory);
+  app.add_option("--live", options.live,
+                 "poses as they were published: TUM with the status behind [live.tum beside the trajectory]")
+      ->type_name("FILE")
+      ->needs(trajectory);
+  app.add_option("--fault", options.fault,
+                 "when something went wrong, s after the start: tells how long until it is right")
+      ->type_name("S")
+      ->check(kFinite)
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--stats", options.stats, "cost of the run [stats.json beside the map]")->type_name("FILE");
   app.add_option("--answers", options.answers, "of hggmap query --batch to the truth's queries")->type_name("FILE");
 }

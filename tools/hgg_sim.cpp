@@ -20,6 +20,8 @@ constexpr const char* kExamples = R"(Examples:
   hgg-sim office -o office.lcm --truth office_truth --sensor rgbd --labels poor --odometry excellent
   hgg-sim campus -o campus.lcm --truth campus_truth --sensor rig --cameras 2 --dynamics --motion-distortion
   hgg-sim --path 07_gt.txt 07_odometry.txt -o 07.lcm --truth 07_truth
+  hgg-sim street -o late.lcm --truth late_truth --every 2 --odometry-delay 0.1 --odometry-fault slip@20
+  hgg-sim hall -o carried.lcm --truth carried_truth --kidnap 40:15 --kidnap-odometry zero
 Exit codes: 0 done, 2 bad input or usage.)";
 
 struct Arguments {
@@ -78,6 +80,18 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
       ->type_name("HZ")
       ->check(within(0.1, 100.0))
       ->capture_default_str();
+  app.add_option("--every", args.sim.options.every, "of the frames every Nth is in the log; odometry likewise")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  app.add_option("--kidnap", args.sim.kidnap,
+                 "carried away after SECONDS, for 3 s, to a place METRES away where it has been [5 to 60], or to frame "
+                 "FRAME of the tour")
+      ->type_name("SECONDS[:METRES|@FRAME]");
+  app.add_option("--kidnap-odometry", args.sim.kidnap_odometry,
+                 "after it: goes on, starts at zero, or knows the true motion")
+      ->check(CLI::IsMember({"on", "zero", "true"}))
+      ->capture_default_str();
   app.add_flag("--dynamics{1.0}", args.sim.dynamics,
                "people and cars move, things change between laps; =SHARE (0..1) of the most the world has")
       ->check(within(0.0, 1.0));
@@ -119,6 +133,25 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
   app.add_option("--odometry-jumps", sim.odometry_jumps, "jumps in 100 m, of about 0.5 m and 3 degrees")
       ->check(within(0.0, 1000.0))
       ->capture_default_str();
+}
+
+void addFaultOptions(CLI::App& app, Arguments& args) {
+  hgg::OdometryFaults& faults = args.sim.options.odometry_faults;
+  app.add_option("--odometry-delay", faults.delay, "odometry's poses are late by this; negative: early")
+      ->type_name("S")
+      ->check(within(-10.0, 10.0))
+      ->capture_default_str();
+  app.add_option("--odometry-bursts", faults.bursts,
+                 "in the N sharpest turns odometry leaves its track for 5 to 8 frames, by 6 degrees and 0.3 to 1 m")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
+  app.add_flag("--bursts-stay", faults.bursts_stay, "and does not come back to it");
+  app.add_option(
+         "--odometry-fault", args.sim.odometry_faults,
+         "KIND jump (m), yaw-jump (deg), slip (share of the way, for 5 s), frozen (s), restart; or xyzw: quaternions "
+         "in that order")
+      ->type_name("KIND[:SIZE]@SECONDS");
 }
 
 int list() {
@@ -184,6 +217,7 @@ int main(int argc, char** argv) {
   args.sim.options.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   addWorldOptions(app, args);
   addSensorOptions(app, args);
+  addFaultOptions(app, args);
   app.footer(kExamples);
   try {
     app.parse(argc, argv);

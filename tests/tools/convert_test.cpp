@@ -2,8 +2,10 @@
 
 #include "bus/codec.h"
 #include "bus/log.h"
+#include "convert/label_ids.h"
 #include "convert/semantickitti.h"
 #include "tools/scratch.h"
+#include "truth/poses.h"
 
 namespace hgg::convert_test {
 namespace {
@@ -228,6 +230,127 @@ TEST(Convert, PoseRowThatIsNoRigidTransformIsAnError) {
     writeText(folder.path("poses.txt"), "# poses\n\n" + std::string(row));
     expectError(folder.options(), "poses.txt line 3");
   }
+}
+
+// ------------------------------------------------------------------------------- poses of the camera
+
+// Of KITTI's sequence 00.
+constexpr const char* kCalib =
+    "P0: 7.188560000000e+02 0 6.071928000000e+02 0 0 7.188560000000e+02 1.852157000000e+02 0 0 0 1 0\n"
+    "Tr: 4.276802385584e-04 -9.999672484946e-01 -8.084491683471e-03 -1.198459927713e-02 -7.210626507497e-03 "
+    "8.081198471645e-03 -9.999413164504e-01 -5.403984729748e-02 9.999738645903e-01 4.859485810390e-04 "
+    "-7.206933692422e-03 -2.921968648686e-01\n";
+
+/// The poses of the folder as those of the camera.
+std::vector<Pose> cameraPoses(const KittiFolder& folder) {
+  writeText(folder.path("calib.txt"), kCalib);
+  const Pose T = *readCameraLidar(folder.path("calib.txt"));
+  return lidarPoses(*readPoses(folder.path("poses.txt")), T.inverse());
+}
+
+TEST(Convert, PosesOfTheCameraAreTakenToTheLidar) {
+  const KittiFolder folder;
+  const auto expected = *readPoses(folder.path("poses.txt"));
+  const auto camera = cameraPoses(folder);
+  EXPECT_GT(std::abs(camera[1].translation().z()), 1.0);
+  ASSERT_EQ(writePoses(camera, folder.path("poses.txt")), "");
+  const auto frames = listKittiFrames(folder.options());
+  ASSERT_TRUE(frames) << frames.error;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_TRUE(frames->at(i).T_world_body.isApprox(expected[i], 1e-9)) << i;
+    EXPECT_TRUE(frames->at(i).pose_was_cameras);
+  }
+}
+
+TEST(Convert, PosesOfTheLidarBesideACalibrationStayAsTheyAre) {
+  const KittiFolder folder;
+  writeText(folder.path("calib.txt"), kCalib);
+  const auto frames = listKittiFrames(folder.options());
+  ASSERT_TRUE(frames) << frames.error;
+  EXPECT_FALSE(frames->at(1).pose_was_cameras);
+  EXPECT_EQ(frames->at(1).T_world_body.translation().x(), 1.5);
+}
+
+TEST(Convert, PosesOfTheCameraWithoutItsCalibrationAreRefused) {
+  const KittiFolder folder;
+  ASSERT_EQ(writePoses(cameraPoses(folder), folder.path("poses.txt")), "");
+  std::filesystem::remove(folder.path("calib.txt"));
+  expectError(folder.options(), "poses.txt holds poses of the camera (they go along z); cannot read");
+  writeText(folder.path("calib.txt"), "P0: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  expectError(folder.options(), "calib.txt has no line Tr:");
+  writeText(folder.path("calib.txt"), "Tr: 1 0 0 0 0 1 0 0 0 0\n");
+  expectError(folder.options(), "calib.txt: Tr: is not followed by a 3x4 rigid transform");
+  auto options = folder.options();
+  options.pose_frame = PoseFrame::kLidar;
+  EXPECT_FALSE(listKittiFrames(options)->at(1).pose_was_cameras);
+}
+
+TEST(Convert, WhereItCannotBeToldWhosePosesTheyAreItMustBeSaid) {
+  const KittiFolder folder;
+  writeText(folder.path("calib.txt"), kCalib);
+  writeText(folder.path("poses.txt"), "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 0 0 1 0 0 0 0 1 0\n");
+  expectError(folder.options(), "--pose-frame camera or lidar says it");
+  auto options = folder.options();
+  options.pose_frame = PoseFrame::kCamera;
+  EXPECT_TRUE(listKittiFrames(options)->at(1).pose_was_cameras);
+  options.pose_frame = PoseFrame::kLidar;
+  EXPECT_FALSE(listKittiFrames(options)->at(1).pose_was_cameras);
+}
+
+TEST(Convert, TheWayTellsWhosePosesTheyAre) {
+  const auto drive = [](const Vec3& step, const Vec3& axis) {
+    std::vector<Pose> poses{Pose::Identity()};
+    for (int k = 0; k < 40; ++k) {
+      Pose T = Pose::Identity();
+      T.linear() = Eigen::AngleAxisd(0.1, axis).toRotationMatrix();
+      T.translation() = step;
+      poses.push_back(poses.back() * T);
+    }
+    return poses;
+  };
+  EXPECT_EQ(judgePoseFrame(drive({0.8, 0.05, 0.02}, Vec3::UnitZ())), PoseFrame::kLidar);
+  EXPECT_EQ(judgePoseFrame(drive({0.1, 0, 0}, Vec3::UnitZ())), PoseFrame::kLidar);
+  EXPECT_EQ(judgePoseFrame(drive({-0.8, 0, 0}, Vec3::UnitZ())), PoseFrame::kLidar);
+  EXPECT_EQ(judgePoseFrame(drive({0.05, 0.02, 0.8}, Vec3::UnitY())), PoseFrame::kCamera);
+  EXPECT_EQ(judgePoseFrame(drive({0, 0, 0.01}, Vec3::UnitY())), PoseFrame::kUnknown);  // stands
+  EXPECT_EQ(judgePoseFrame(drive({0.8, 0, 0.8}, Vec3::UnitY())), PoseFrame::kUnknown);
+  EXPECT_EQ(judgePoseFrame({}), PoseFrame::kUnknown);
+}
+
+// ------------------------------------------------------------------------------------------ training ids
+
+void labelAll(const KittiFolder& folder, std::uint32_t first, std::uint32_t second) {
+  for (int k = 0; k < 3; ++k) {
+    const std::uint32_t words[] = {first | 7U << 16, second};
+    writeBinary<std::uint32_t>(folder.path("labels/" + KittiFolder::stem(k) + ".label"), words);
+  }
+}
+
+TEST(Convert, TrainingIdsAreRecognised) {
+  const KittiFolder folder;
+  const auto looksLikeThem = [&](std::uint32_t a, std::uint32_t b) {
+    labelAll(folder, a, b);
+    return hasLearningIds(*listKittiFrames(folder.options()));
+  };
+  EXPECT_TRUE(looksLikeThem(1, 9));
+  EXPECT_TRUE(looksLikeThem(13, 19));
+  EXPECT_FALSE(looksLikeThem(10, 40));
+  EXPECT_FALSE(looksLikeThem(9, 252));
+  EXPECT_FALSE(looksLikeThem(0, 10));  // both are raw ids, too
+}
+
+TEST(Convert, TrainingIdsBecomeRawOnesWhereAsked) {
+  const KittiFolder folder;
+  labelAll(folder, 1, 13);
+  auto options = folder.options();
+  EXPECT_EQ(readKittiPoints(listKittiFrames(options)->at(0))->at(1).label, 13);
+  options.learning_ids = true;
+  const auto points = readKittiPoints(listKittiFrames(options)->at(0));
+  EXPECT_EQ(points->at(0).label, 10);
+  EXPECT_EQ(points->at(0).instance, 7U);
+  EXPECT_EQ(points->at(1).label, 50);
+  EXPECT_EQ(rawOfLearningId(19), 81);
+  EXPECT_EQ(rawOfLearningId(20), 20);
 }
 
 TEST(Convert, UnwritableLogIsAnError) {

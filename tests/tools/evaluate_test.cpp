@@ -217,6 +217,49 @@ TEST(Evaluate, MapIsLaidOverTheTruthByTheTrajectory) {
   EXPECT_EQ(aligned->trajectory->pairs, 2u);
 }
 
+TEST(Evaluate, BeliefsAreHeldAgainstTheTruthFromTheFirstPoseOn) {
+  const Scratch scratch;
+  writeText(scratch / "g.json", kGraph);
+  ASSERT_EQ(writeTruth(oneCar(Vec3(1, 2, 3)), {}, scratch / "truth"), "");
+  writeText(scratch / "truth/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 2 0 1 0 0 0 0 1 0\n");
+  writeText(scratch / "t.tum", "0.0 0 0 0 0 0 0 1\n0.1 2.4 0 0 0 0 0 1\n");
+  EvalOptions options;
+  options.graph = scratch / "g.json";
+  options.truth = scratch / "truth";
+  options.trajectory = scratch / "t.tum";
+  const auto evaluation = evaluate(options);
+  ASSERT_TRUE(evaluation) << evaluation.error;
+  EXPECT_NEAR(evaluation->objects.overall.positionError().mean, 0.2, 1e-9) << "after the best fit";
+  EXPECT_NEAR(evaluation->objects.overall.calibration().mean_over_3, 0.0, 1e-9);
+  EXPECT_FALSE(evaluation->neighbours) << "a graph JSON does not tell how its objects drifted together";
+}
+
+TEST(Evaluate, NeighboursOfAMapAreHeldAgainstEachOther) {
+  const Scratch scratch;
+  MapNode car;
+  car.id = 4;
+  car.label = 10;
+  car.belief = {Vec3(1, 2, 3), Mat3::Identity(), 77};
+  addViews(car.classes, {{10, 50.0F}});
+  MapNode other = car;
+  other.id = 5;
+  other.belief.mean.x() += 10;
+  ASSERT_EQ(saveMap(Map::restore({car, other}, {}, {{10, "car"}}, 1, 6), (scratch / "map.hgg").string()), "");
+  auto truth = oneCar(car.belief.mean);
+  truth.push_back(truth[0]);
+  truth[1].id += 1;
+  truth[1].belief.mean = other.belief.mean;
+  ASSERT_EQ(writeTruth(truth, {}, scratch / "truth"), "");
+  EvalOptions options;
+  options.map = scratch / "map.hgg";
+  options.truth = scratch / "truth";
+  const auto evaluation = evaluate(options);
+  ASSERT_TRUE(evaluation) << evaluation.error;
+  ASSERT_TRUE(evaluation->neighbours);
+  EXPECT_EQ(evaluation->neighbours->count, 1u);
+  EXPECT_NEAR(evaluation->neighbours->mean_over_3, 0.0, 1e-9);
+}
+
 TEST(Evaluate, TimesPairUnlikeCounts) {
   const Scratch scratch;
   writeText(scratch / "g.json", kGraph);
@@ -486,6 +529,8 @@ TEST(Report, JsonHoldsTheNumbersAndNullsForNone) {
   EXPECT_EQ(json["overall"]["position_error"]["mean"], 0.25);
   EXPECT_EQ(json["overall"]["extent_error"]["max"], 0.5);
   EXPECT_EQ(json["overall"]["calibration"]["mean_over_3"], 2.0);
+  EXPECT_EQ(json["positions"]["from_start"]["mean_over_3"], 2.0);
+  EXPECT_TRUE(json["positions"]["neighbours"].is_null());
   EXPECT_EQ(json["trajectory"]["relative"]["translation_m_per_100m"], 1.25);
   EXPECT_EQ(json["classes"][0]["name"], "car");
   EXPECT_TRUE(json["classes"][1]["precision"].is_null());

@@ -83,6 +83,17 @@ TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
   EXPECT_NEAR(c.mean_sigma, std::sqrt((3 * 0.04 + 0.0025) / 4), 1e-12);
 }
 
+TEST(EvaluateObjects, CalibrationIsOfTheMapsOwnFrame) {
+  Prediction car = predictionAt(1, Vec3::Zero());
+  car.position_cov = Vec3(0.04, 1, 1).asDiagonal();
+  Pose T_beliefs = Pose::Identity();  // the fit moved the map by -0.4 m along y and turned it by -90 degrees
+  T_beliefs.linear() = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()).toRotationMatrix();
+  T_beliefs.translation() = Vec3(0, 0.4, 0);
+  const auto s = evaluateObjects(std::vector{car}, std::vector{truthAt(1, Vec3::Zero())}, 1.0, {}, T_beliefs).overall;
+  EXPECT_NEAR(s.calibration().mean_over_3, 0.16 / 0.04 / 3, 1e-9);
+  EXPECT_EQ(s.positionError().max, 0) << "matched where it lies";
+}
+
 TEST(EvaluateObjects, CalibrationByPointsIsOfTheExtentOverThePoints) {
   Prediction car = predictionAt(1, Vec3(0.2, 0, 0));
   car.belief.cov = 4 * Mat3::Identity();

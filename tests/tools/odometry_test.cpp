@@ -72,7 +72,7 @@ TEST(Odometry, PresetsDriftAsPromised) {
 }
 
 TEST(Odometry, EveryPresetThatIsNamedIsKnown) {
-  EXPECT_EQ(odometryPresetNames().size(), 4u);
+  EXPECT_EQ(odometryPresetNames().size(), 5u);
   for (const std::string& name : odometryPresetNames()) {
     EXPECT_TRUE(odometryPreset(name)) << name;
   }

@@ -107,6 +107,39 @@ TEST(SimOptions, WhatWouldDoNothingIsRefused) {
   }
 }
 
+TEST(SimOptions, FaultsAreReadAndRefusedWhereTheyWouldDoNothing) {
+  SimArguments arguments = yard();
+  arguments.odometry_faults = {"slip:1.2@3", "xyzw"};
+  const OdometryFaults faults = optionsOf(arguments).odometry_faults;
+  EXPECT_TRUE(faults.quaternion_xyzw);
+  ASSERT_EQ(faults.timed.size(), 1u);
+  EXPECT_EQ(faults.timed[0].kind, FaultKind::kSlip);
+  arguments.options.frames = 20;  // 2 s
+  EXPECT_NE(simOptions(arguments, makeYard(1)).error.find("slip:1.2@3"), std::string::npos);
+  arguments.odometry_faults = {"leap@1"};
+  EXPECT_NE(simOptions(arguments, makeYard(1)).error.find("--odometry-fault leap@1"), std::string::npos);
+  arguments.odometry_faults.clear();
+  arguments.options.odometry_faults.bursts_stay = true;
+  EXPECT_NE(simOptions(arguments, makeYard(1)).error.find("--odometry-bursts"), std::string::npos);
+  arguments.options.odometry_faults.bursts_stay = false;
+  arguments.kidnap_odometry = "zero";
+  EXPECT_NE(simOptions(arguments, makeYard(1)).error.find("--kidnap"), std::string::npos);
+}
+
+TEST(SimOptions, AKidnappedDriveLastsUntilItsTourEnds) {
+  SimArguments arguments = yard();
+  arguments.kidnap = "10@40";
+  arguments.kidnap_odometry = "zero";
+  const auto scene = sceneOf(arguments);
+  ASSERT_TRUE(scene) << scene.error;
+  EXPECT_NEAR(scene->duration, makeYard(1).duration + 10.0 + kCarrySeconds - 4.0, 1e-9);
+  EXPECT_EQ(simOptions(arguments, *scene)->carried_odometry, CarriedOdometry::kRestarts);
+  arguments.options.frames = 120;
+  EXPECT_NE(simOptions(arguments, *scene).error.find("put down"), std::string::npos);
+  arguments.kidnap = "10@x";
+  EXPECT_NE(sceneOf(arguments).error.find("SECONDS"), std::string::npos);
+}
+
 TEST(SimOptions, APathHasAsManyFramesAsPoses) {
   const Scratch scratch;
   std::vector<Pose> poses(30, Pose::Identity());

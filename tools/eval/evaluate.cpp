@@ -8,6 +8,7 @@
 #include "bus/codec.h"
 #include "bus/log.h"
 #include "core/classes.h"
+#include "eval/relative.h"
 #include "frame/odometry_buffer.h"
 #include "truth/cloud.h"
 #include "truth/poses.h"
@@ -48,6 +49,8 @@ std::filesystem::path givenOr(const std::filesystem::path& given, const std::fil
   return !given.empty() || !std::filesystem::exists(fallback, error) ? given : fallback;
 }
 
+constexpr const char* kLiveName = "live.tum";
+
 using Track = std::vector<TimedPose>;
 
 /// The true poses and, where known, their times.
@@ -56,9 +59,12 @@ struct TruthPath {
   std::optional<std::vector<Micros>> times_us;
 };
 
+/// The longest gap of odometry that a config lets a mapper bridge.
+constexpr Micros kWidestGap_us = 10'000'000;
+
 /// What the mapper was fed, without the points.
 struct Drive {
-  OdometryBuffer odometry{std::numeric_limits<std::size_t>::max()};
+  OdometryBuffer odometry{kWidestGap_us, std::numeric_limits<std::size_t>::max()};
   std::vector<Micros> clouds_us;
 };
 
@@ -82,6 +88,7 @@ Result<Drive> readDrive(const EvalOptions& options) {
       }
     }
   }
+  drive.odometry.finish();
   return Result<Drive>::ok(std::move(drive));
 }
 
@@ -104,19 +111,26 @@ Result<TruthPath> readTruthPath(const EvalOptions& options, const Drive& drive) 
 Result<Track> odometryAt(const OdometryBuffer& odometry, const Track& at, const EvalOptions& options) {
   Track track;
   for (const TimedPose& pose : at) {
-    const auto T_odom_body = odometry.at(pose.utime_us);
-    if (!T_odom_body) {
+    const auto at_pose = odometry.at(pose.utime_us);
+    if (!at_pose) {
       return Result<Track>::fail(options.log.string() + ": no odometry on " + options.odometry_channel +
                                  " at a time of the trajectory: is it the log that was mapped?");
     }
-    track.push_back({pose.utime_us, *T_odom_body});
+    track.push_back({pose.utime_us, at_pose->T_odom_body});
   }
   return Result<Track>::ok(std::move(track));
 }
 
 TrajectoryScore score(const std::vector<PosePair>& pairs, std::size_t true_poses) {
-  return {pairs.size(), absoluteTrajectoryError(pairs), alignMap(pairs), relativeError(pairs),
-          static_cast<double>(pairs.size()) / static_cast<double>(true_poses)};
+  TrajectoryScore score;
+  score.pairs = pairs.size();
+  score.ate = absoluteTrajectoryError(pairs);
+  score.T_truth_map = alignMap(pairs);
+  score.T_truth_first = pairs.front().T_truth_body * pairs.front().T_map_body.inverse();
+  score.relative = relativeError(pairs);
+  score.share = static_cast<double>(pairs.size()) / static_cast<double>(true_poses);
+  score.height = heightError(pairs);
+  return score;
 }
 
 /// An error line, empty when done.
@@ -133,6 +147,23 @@ std::string scoreOdometry(const EvalOptions& options, const Drive& drive, const 
   evaluation.odometry = score(*pairs, truth.T_truth_body.size());
   const PosePair& first = pairs->front();  // odometry is drawn as it ran away from the start
   evaluation.scenery.odometry = Path{*pairs, first.T_truth_body * first.T_map_body.inverse()};
+  return "";
+}
+
+/// Scores the poses as they were published, those corrected later where the run left no others; an error line, empty
+/// when done.
+std::string scoreLive(const EvalOptions& options, const TruthPath& truth, Evaluation& evaluation) {
+  const auto path = givenOr(options.live, options.trajectory.parent_path() / kLiveName);
+  const auto live = readLive(path.empty() ? options.trajectory : path);
+  if (!live) {
+    return live.error;
+  }
+  const auto tracked = trackPoses(*live, truth.T_truth_body, truth.times_us);
+  if (!tracked) {
+    return tracked.error;
+  }
+  const Micros start_us = truth.times_us ? truth.times_us->front() : tracked->front().utime_us;
+  evaluation.recovery = scoreRecovery(*tracked, start_us + std::llround(options.fault * 1e6));
   return "";
 }
 
@@ -156,6 +187,9 @@ std::string scorePaths(const EvalOptions& options, Evaluation& evaluation) {
   }
   evaluation.trajectory = score(*pairs, truth->T_truth_body.size());
   evaluation.scenery.corrected = Path{*pairs, evaluation.trajectory->T_truth_map};
+  if (const std::string error = scoreLive(options, *truth, evaluation); !error.empty()) {
+    return error;
+  }
   return options.log.empty() ? "" : scoreOdometry(options, *drive, *estimate, *truth, evaluation);
 }
 
@@ -301,14 +335,21 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   if (!only) {
     return only.error;
   }
+  Pose T_truth_first = Pose::Identity(), T_beliefs = Pose::Identity();
   if (evaluation.trajectory) {
+    T_truth_first = evaluation.trajectory->T_truth_first;
+    T_beliefs = T_truth_first * evaluation.trajectory->T_truth_map.inverse();
     for (Prediction& object : graph->objects) {
       object = transform(evaluation.trajectory->T_truth_map, object);
     }
   }
   markThings(graph->objects, *truth);
   evaluation.class_names = std::move(graph->class_names);
-  evaluation.objects = evaluateObjects(graph->objects, *truth, options.radius, *only);
+  evaluation.objects = evaluateObjects(graph->objects, *truth, options.radius, *only, T_beliefs);
+  if (graph->map != nullptr) {
+    evaluation.neighbours = relativeCalibration(*graph->map, evaluation.objects.overall.matches, *truth,
+                                                T_truth_first.linear(), kNeighbourReach);
+  }
   evaluation.scenery.predictions = std::move(graph->objects);
   evaluation.scenery.truth = std::move(*truth);
   return "";

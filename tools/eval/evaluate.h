@@ -10,6 +10,7 @@
 #include "eval/geometry.h"
 #include "eval/loops.h"
 #include "eval/objects.h"
+#include "eval/recovery.h"
 #include "eval/retrieval.h"
 #include "eval/trajectory.h"
 
@@ -22,8 +23,10 @@ struct EvalOptions {
   std::filesystem::path poses;       // true poses; empty: truth/poses.txt
   std::filesystem::path times;       // of the true poses; empty: truth/times.txt, else the log's, else by row
   std::filesystem::path log;         // the mapper's input, for its odometry; empty: odometry is not scored
-  std::filesystem::path stats;       // stats.json of the run; empty: beside the map when there
-  std::filesystem::path answers;     // of hggmap query --batch (not yet) to the queries; empty: retrieval is not scored
+  std::filesystem::path live;     // poses as they were published, with their status; empty: beside the map when there
+  double fault = 0;               // s after the first true pose: when something went wrong
+  std::filesystem::path stats;    // stats.json of the run; empty: beside the map when there
+  std::filesystem::path answers;  // of hggmap query --batch (not yet) to the queries; empty: retrieval is not scored
   std::string odometry_channel = "POSE_ODOM", cloud_channel = "LIDAR_SEMANTIC";  // of the log
   double radius = 1.5;                                                           // m
   double spacing = 0.1;              // m, of the points geometry is compared over
@@ -35,7 +38,9 @@ struct TrajectoryScore {
   double ate = 0;                       // m
   Pose T_truth_map = Pose::Identity();  // applied to the predictions before matching
   RelativeError relative;
-  double share = 0;  // of the true poses that have a partner: those without cannot count against the trajectory
+  double share = 0;   // of the true poses that have a partner: those without cannot count against the trajectory
+  double height = 0;  // m, the largest error along the vertical, the map laid over the truth as the predictions
+  Pose T_truth_first = Pose::Identity();  // lays the first pose of the map on the true one: its frame where it belongs
 };
 
 /// One pose sequence beside the truth: what a picture needs.
@@ -56,6 +61,8 @@ struct Evaluation {
   std::map<ClassId, std::string> class_names;
   ObjectEvaluation objects;
   std::optional<TrajectoryScore> trajectory;
+  std::optional<Calibration> neighbours;  // how found objects lie to each other; needs the map itself
+  std::optional<RecoveryScore> recovery;
   std::optional<TrajectoryScore> odometry;  // the mapper's input by the same measure
   std::optional<GeometryScore> geometry;
   std::optional<RetrievalScore> retrieval;

@@ -10,6 +10,7 @@
 
 #include "core/spd.h"
 #include "map/file.h"
+#include "map/position.h"
 
 namespace hgg {
 namespace {
@@ -130,8 +131,8 @@ Result<PredictedGraph> graphOf(const json& root) {
   return Result<PredictedGraph>::ok(std::move(graph));
 }
 
-Prediction predictionOf(const MapNode& node) {
-  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovariance(node), {}};
+Prediction predictionOf(const Map& map, const MapNode& node) {
+  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovarianceInMap(map, node), {}};
   object.geometry.reserve(leavesOf(node).size());
   for (const Leaf& leaf : leavesOf(node)) {
     object.geometry.push_back(transform(node.T_map_object, unpackLeaf(leaf)));
@@ -156,16 +157,17 @@ Prediction transform(const Pose& T_a_b, const Prediction& object) {
 }
 
 Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
-  const auto stored = loadMap(path.string());
+  auto stored = loadMap(path.string());
   if (!stored) {
     return Result<PredictedGraph>::fail(stored.error);
   }
   PredictedGraph graph{{}, stored->map.classNames()};
   for (const auto& [id, node] : stored->map.nodes()) {
     if (isConfirmed(node)) {
-      graph.objects.push_back(predictionOf(node));
+      graph.objects.push_back(predictionOf(stored->map, node));
     }
   }
+  graph.map = std::make_shared<const Map>(std::move(stored->map));
   return checked(std::move(graph), path);
 }
 

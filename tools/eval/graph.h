@@ -2,12 +2,13 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "core/belief.h"
 #include "core/result.h"
-#include "map/node.h"
+#include "map/map.h"
 
 namespace hgg {
 
@@ -17,13 +18,14 @@ struct Prediction {
   ClassId label = 0;
   bool stuff = false;
   Belief belief;
-  Mat3 position_cov = Mat3::Zero();   // published covariance of the mean, m^2
+  Mat3 position_cov = Mat3::Zero();   // published covariance of the mean in the map, m^2
   std::vector<Belief> geometry = {};  // leaves, map frame
 };
 
 struct PredictedGraph {
   std::vector<Prediction> objects;
   std::map<ClassId, std::string> class_names;
+  std::shared_ptr<const Map> map = {};  // that they come from; null for a graph JSON
 };
 
 /// The object as seen from another frame, geometry included.

@@ -18,19 +18,25 @@ std::vector<double> valuesOf(const std::vector<Match>& matches, double Match::*v
   return values;
 }
 
+Prediction withoutGeometry(const Prediction& object) {
+  return {object.id, object.label, object.stuff, object.belief, object.position_cov, {}};
+}
+
 /// Pairs of the same class within `radius`, closest first.
 std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                double radius) {
+                                double radius, const Pose& T_beliefs) {
   std::vector<Match> pairs;
   for (const Prediction& prediction : predictions) {
     for (const TruthObject& object : truth) {
       const Vec3 error = prediction.belief.mean - object.belief.mean;
       const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
-        const Mat3 by_points = covarianceOfIndependentPoints(prediction.belief);
+        const Prediction in_map = transform(T_beliefs, withoutGeometry(prediction));
+        const Vec3 error_in_map = in_map.belief.mean - object.belief.mean;
+        const Mat3 by_points = covarianceOfIndependentPoints(in_map.belief);
         pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
-                         normalisedSquare(error, prediction.position_cov), prediction.position_cov.trace() / 3,
-                         normalisedSquare(error, by_points), by_points.trace() / 3});
+                         normalisedSquare(error_in_map, in_map.position_cov), in_map.position_cov.trace() / 3,
+                         normalisedSquare(error_in_map, by_points), by_points.trace() / 3});
       }
     }
   }
@@ -39,11 +45,11 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
 }
 
 std::vector<Match> matchGreedily(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                 double radius) {
+                                 double radius, const Pose& T_beliefs) {
   std::set<NodeId> used_predictions;
   std::set<std::int64_t> used_truth;
   std::vector<Match> matches;
-  for (const Match& pair : pairsInRange(predictions, truth, radius)) {
+  for (const Match& pair : pairsInRange(predictions, truth, radius, T_beliefs)) {
     if (!used_predictions.contains(pair.prediction) && !used_truth.contains(pair.truth)) {
       used_predictions.insert(pair.prediction);
       used_truth.insert(pair.truth);
@@ -151,12 +157,12 @@ void markThings(std::vector<Prediction>& predictions, std::span<const TruthObjec
 }
 
 ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                 double radius, const std::set<ClassId>& only) {
+                                 double radius, const std::set<ClassId>& only, const Pose& T_beliefs) {
   ObjectEvaluation evaluation;
   for (auto& [label, members] : byClass(predictions, truth, only)) {
-    const auto matches = matchGreedily(members.predictions, members.fixed, radius);
+    const auto matches = matchGreedily(members.predictions, members.fixed, radius, T_beliefs);
     removeMatched(members.predictions, matches);
-    const auto dynamic = matchGreedily(members.predictions, members.dynamic, radius);
+    const auto dynamic = matchGreedily(members.predictions, members.dynamic, radius, T_beliefs);
     removeMatched(members.predictions, dynamic);
     const ObjectScore& result = evaluation.classes[label] = score(members.fixed, matches, members.predictions);
     append(evaluation.overall, result);

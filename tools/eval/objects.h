@@ -16,7 +16,7 @@ struct Match {
   std::int64_t truth = 0;
   double distance = 0;           // m between the means
   double extent_error = 0;       // m, 2-Wasserstein distance of the two Gaussians
-  double normalised_square = 0;  // of the position error under the published position covariance
+  double normalised_square = 0;  // of the position error in the map's own frame under its published covariance
   double position_variance = 0;  // m^2, mean of that covariance's diagonal
   // The same with the extent's covariance over the points, which is what a position known by independent points would
   // have.
@@ -63,7 +63,11 @@ struct ObjectEvaluation {
 /// have no single true position, and those taken away may be in a map or not: they do not count for recall, and a
 /// prediction that is left over after the static ones are matched, and matches a dynamic one by the same rule, is
 /// neither true nor false. Only classes in `only` are looked at; empty: all.
+///
+/// Predictions are matched where they lie. What the map says of how well it knows them is said of its own frame, that
+/// of its first keyframe: `T_beliefs` moves them to where they lie when that frame is laid on its true place.
 ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                 double radius, const std::set<ClassId>& only);
+                                 double radius, const std::set<ClassId>& only,
+                                 const Pose& T_beliefs = Pose::Identity());
 
 }  // namespace hgg

@@ -43,17 +43,32 @@ std::string formatObjects(const Evaluation& evaluation) {
                                                             evaluation.objects.dynamic.size());
 }
 
-std::string formatCalibration(const Calibration& c) {
+std::string formatCalibration(const char* name, const Calibration& c, const char* what) {
   return format(
-      "calibration: mean normalised square / 3 = %s (honest: 1), median / 3 = %s (0.789), inside the 90 %% "
-      "region: %s (0.9), mean sigma %s m, %zu objects\n",
-      number(c.mean_over_3).c_str(), number(c.median_over_3).c_str(), number(c.inside_90).c_str(),
-      number(c.mean_sigma).c_str(), c.count);
+      "%s: mean normalised square / 3 = %s (honest: 1), median / 3 = %s (0.789), inside the 90 %% "
+      "region: %s (0.9), mean sigma %s m, %zu %s\n",
+      name, number(c.mean_over_3).c_str(), number(c.median_over_3).c_str(), number(c.inside_90).c_str(),
+      number(c.mean_sigma).c_str(), c.count, what);
+}
+
+std::string formatRecovery(const Evaluation& e) {
+  if (!e.recovery) {
+    return "";
+  }
+  const RecoveryScore& r = *e.recovery;
+  return format(
+             "live poses: %s m off in the end, %s m at worst; longest beyond %g m: %s s, beyond %g m while sure: %s "
+             "s; ",
+             number(r.end_error).c_str(), number(r.worst_error).c_str(), kRightPlace, number(r.longest_off).c_str(),
+             kWrongPlace, number(r.longest_wrong).c_str()) +
+         (r.back_after ? format("right %s s after the fault\n", number(*r.back_after).c_str())
+                       : std::string("never right again\n"));
 }
 
 std::string formatTrajectory(const char* name, const TrajectoryScore& t) {
   const std::string line =
-      format("%-11s ATE %.3f m over %zu poses (share %.3f of the true ones); ", name, t.ate, t.pairs, t.share) +
+      format("%-11s ATE %.3f m over %zu poses (share %.3f of the true ones), height %.3f m off at worst; ", name, t.ate,
+             t.pairs, t.share, t.height) +
       format("%s m and %s deg per 100 m (%zu stretches of %.0f m)\n", number(t.relative.translation).c_str(),
              number(t.relative.rotation_deg).c_str(), t.relative.count, t.relative.stretch);
   return t.share >= kWholeShare
@@ -150,6 +165,15 @@ json toJson(const Calibration& c) {
           {"inside_90", c.inside_90}, {"inside", c.inside},           {"mean_sigma", c.mean_sigma}};
 }
 
+json toJson(const RecoveryScore& r) {
+  return {{"end_error", r.end_error},
+          {"worst_error", r.worst_error},
+          {"longest_off_s", r.longest_off},
+          {"longest_wrong_s", r.longest_wrong},
+          {"said_after_s", r.said_after ? json(*r.said_after) : json()},
+          {"back_after_s", r.back_after ? json(*r.back_after) : json()}};
+}
+
 json toJson(const ObjectScore& s) {
   return {{"truth", s.truth},
           {"predicted", s.predicted},
@@ -178,6 +202,7 @@ json toJson(const TrajectoryScore& t) {
   return {{"pairs", t.pairs},
           {"share", t.share},
           {"ate_rmse", t.ate},
+          {"height_worst", t.height},
           {"T_truth_map", toJson(t.T_truth_map)},
           {"relative",
            {{"stretch_m", t.relative.stretch},
@@ -230,9 +255,11 @@ std::string className(const Evaluation& evaluation, ClassId label) {
 }
 
 std::string formatTable(const Evaluation& evaluation) {
-  return formatObjects(evaluation) + formatCalibration(evaluation.objects.overall.calibration()) +
-         formatTrajectories(evaluation) + formatGeometry(evaluation) + formatRetrieval(evaluation) +
-         formatLoops(evaluation) + formatCost(evaluation.cost);
+  return formatObjects(evaluation) +
+         formatCalibration("calibration", evaluation.objects.overall.calibration(), "objects") +
+         (evaluation.neighbours ? formatCalibration("neighbours", *evaluation.neighbours, "pairs") : "") +
+         formatTrajectories(evaluation) + formatRecovery(evaluation) + formatGeometry(evaluation) +
+         formatRetrieval(evaluation) + formatLoops(evaluation) + formatCost(evaluation.cost);
 }
 
 json toJson(const Evaluation& evaluation) {
@@ -250,6 +277,10 @@ json toJson(const Evaluation& evaluation) {
           {"overall", std::move(overall)},
           {"dynamic", toJson(evaluation.objects.dynamic)},
           {"trajectory", toJson(evaluation.trajectory)},
+          {"positions",
+           {{"from_start", toJson(evaluation.objects.overall.calibration())},
+            {"neighbours", toJson(evaluation.neighbours)}}},
+          {"recovery", toJson(evaluation.recovery)},
           {"odometry", toJson(evaluation.odometry)},
           {"geometry", toJson(evaluation.geometry)},
           {"retrieval", toJson(evaluation.retrieval)},

@@ -152,6 +152,16 @@ double absoluteTrajectoryError(const std::vector<PosePair>& pairs) {
   return std::sqrt(squares / static_cast<double>(pairs.size()));
 }
 
+double heightError(const std::vector<PosePair>& pairs) {
+  const Pose T_truth_map = alignMap(pairs);
+  double worst = 0;
+  for (const PosePair& pair : pairs) {
+    const Vec3 error = T_truth_map * pair.T_map_body.translation() - pair.T_truth_body.translation();
+    worst = std::max(worst, std::abs(error.z()));
+  }
+  return worst;
+}
+
 RelativeError relativeError(const std::vector<PosePair>& pairs) {
   const std::vector<double> way = distancesAlong(pairs);
   RelativeError sum;

@@ -37,6 +37,9 @@ Pose alignMap(const std::vector<PosePair>& pairs);
 /// no scale).
 double absoluteTrajectoryError(const std::vector<PosePair>& pairs);
 
+/// m, the largest error along the truth's vertical after alignMap().
+double heightError(const std::vector<PosePair>& pairs);
+
 /// Drift over stretches of the true path, scaled to 100 m. Every pose starts a stretch; it ends at the first pose at
 /// least `stretch` m of true path further on, and is compared as a motion, so no alignment is involved.
 struct RelativeError {

@@ -21,7 +21,7 @@ sys.dont_write_bytecode = True  # beside the sources
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from matrix.figures import FAILED, NOT_YET, Table
 from matrix.page import DOCUMENT, charts, page, section
-from matrix.tables import SENSOR_WORLDS, TABLES, Matrix
+from matrix.tables import LYING, SENSOR_WORLDS, TABLES, Matrix
 from matrix.workshop import REPO, Workshop, machine, run_all
 
 ODOMETRY = ["true", "excellent", "good", "poor"]
@@ -63,8 +63,10 @@ def parse(argv):
     parser.add_argument("--frames", type=int, default=None, help="of each drive; 0, the default: the world's whole tour; paths are always whole")
     parser.add_argument("--loop-frames", type=int, default=None,
                         help="of each drive of the tables correction and loops, where worlds are met again in a second lap; 0, the default: the whole tour")
-    parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES))
+    parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES) + "; odometry: " + ",".join(LYING))
     parser.add_argument("--skip", type=names, default=[], help="tables to leave out of the document")
+    parser.add_argument("--before", type=Path, default=None, help="folder of another hggmap: the tables of odometry show its figures beside")
+    parser.add_argument("--kidnaps", type=int, default=None, help="drives a world that are carried away [20; 2 with --quick]")
     parser.add_argument("--full", action="store_true", help="every sensor in every world with every odometry")
     parser.add_argument("--quick", action="store_true", help="a small matrix: one world in and one out of doors, short drives")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at a time (timing always runs alone)")
@@ -80,6 +82,10 @@ def parse(argv):
     args.sensor_worlds = args.sensor_worlds or (args.worlds if quick or args.full else [w for w in SENSOR_WORLDS if w in worlds])
     args.sensors = args.sensors or (["lidar16", "rgbd"] if quick else sensors)
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]
+    args.kidnaps = args.kidnaps if args.kidnaps is not None else 2 if quick else 20
+    args.only = args.only and [table for name in args.only for table in (LYING if name == "odometry" else [name])]
+    if args.before and not (args.before / "hggmap").exists():
+        parser.error(f"no hggmap in {args.before} (--before)")
     args.seeds = args.seeds or ([1, 2] if quick else [1, 2, 3])
     args.frames = args.frames if args.frames is not None else 60 if quick else 0
     args.loop_frames = args.loop_frames if args.loop_frames is not None else args.frames if quick else 0
@@ -105,6 +111,9 @@ def measure(workshop, args, info):
     workshop.pinned = {run.drive for run in matrix.timing_runs()} if "cost" in names else set()
     runs = [run for name in names for run in matrix.needed(name)]
     matrix.figures = run_all(workshop, runs, max(1, args.jobs))
+    if args.before:
+        before = Workshop(args.build, args.out, args.keep_gb, workshop.threads, args.before)
+        matrix.figures_before = run_all(before, [run for name in names if name in LYING for run in matrix.needed(name)], max(1, args.jobs))
     if "cost" in names:
         print("timing, one at a time", file=sys.stderr)
         timed = {run: workshop.tried(f"timing of {run.name()}", lambda: workshop.time(run))
@@ -120,7 +129,8 @@ def measure(workshop, args, info):
         drawings = workshop.tried("charts", lambda: charts(matrix)) or {"measures": [], "groups": [], "odometry": [], "worlds": [], "curves": []}
         workshop.tried("page", lambda: written.write_text(page(tables, info, drawings)))
         print(f"written: {args.doc} and {written}; a report of every run is in {args.out / 'runs'}")
-    errors = sorted({*workshop.errors, *(figures["error"] for figures in matrix.figures.values() if "error" in figures)})
+    made = [*matrix.figures.values(), *matrix.figures_before.values()]
+    errors = sorted({*workshop.errors, *(figures["error"] for figures in made if "error" in figures)})
     for error in errors:
         print(f"run.py: failed: {error}", file=sys.stderr)
     return 1 if errors else 0

@@ -4,6 +4,7 @@ import json
 import math
 
 from matrix.figures import FAILED, NOT_YET, Table, cells, dig, over_seeds, spread
+from matrix.lies import Lies
 from matrix.real import real_rows
 from matrix.workshop import Drive, Run, is_indoor, main_sensor, radius_of
 
@@ -19,11 +20,12 @@ OBJECT_COLUMNS = [("overall.truth", 0), ("overall.position_error.mean", 2), ("ov
 OBJECT_HEADER = ["objects", "position, m", "recall", "precision", "F1", "extent, m", "NEES / 3", "inside 90 %", "sigma, m"]
 
 
-class Matrix:
+class Matrix(Lies):
     """Which runs each table needs, and the table once they are there."""
 
     def __init__(self, workshop, args):
         self.workshop, self.args, self.figures, self.timing = workshop, args, {}, {}
+        self.figures_before = {}  # of the mapper of --before
 
     # What to run: a method a table, all from these.
 
@@ -387,12 +389,14 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
     def needed(self, name):
         return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
                 "sensors": self.sensor_runs, "busy": self.busy_runs, "confusion": self.confusion_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
-                "loops": self.loop_runs, "calibration": self.calibration_runs,
+                "loops": self.loop_runs, "lies": self.lies_runs, "kidnapping": self.kidnapping_runs, "faults": self.faults_runs, "beliefs": self.beliefs_runs,
+                "corridor": self.corridor_runs, "calibration": self.calibration_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
                 "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
 
 
-TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "loops", "calibration", "alignment", "retrieval", "cost", "real"]
+LYING = ["lies", "kidnapping", "faults", "beliefs", "corridor"]  # the tables of --only odometry, measured --before as well
+TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "loops", *LYING, "calibration", "alignment", "retrieval", "cost", "real"]
 
 
 def memory_cells(stats):

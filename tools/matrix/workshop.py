@@ -14,7 +14,9 @@ import time
 from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent.parent
-INDOOR = {"apartment", "office", "hall"}
+CARRY_S = 3.0  # of hgg-sim --kidnap
+INDOOR = {"apartment", "corridor", "office", "hall"}
+MAIN_SENSOR = {"corridor": "solid64"}  # where it is not that of the other worlds
 
 
 # ---- what is run -----------------------------------------------------------------------------------------------------
@@ -29,11 +31,14 @@ class Drive:
     busy: bool = False
     path: tuple = ()  # true and odometry poses of a real drive, instead of a world
     confusion: float = 0  # share of objects a frame under a wrong name; 0: as a good segmenter has it
+    faults: tuple = ()  # options of hgg-sim that make odometry lie
+    fault_s: float = 0  # s after the start: when they begin to show
 
     def arguments(self):
         where = ["--path", *self.path] if self.path else [self.world]
         return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
-                *(["--dynamics"] if self.busy else []), *(["--confusion", str(self.confusion)] if self.confusion else [])]
+                *(["--dynamics"] if self.busy else []), *(["--confusion", str(self.confusion)] if self.confusion else []),
+                *self.faults]
 
     def identity(self):
         """What the log depends on: the arguments, with files by their content."""
@@ -41,7 +46,7 @@ class Drive:
         return [hash_of(a) if a in paths else a for a in self.arguments()]
 
     def name(self):
-        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}{f'confusion {self.confusion} ' if self.confusion else ''}seed {self.seed}"
+        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}{f'confusion {self.confusion} ' if self.confusion else ''}{''.join(f'{word} ' for word in self.faults)}seed {self.seed}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -63,7 +68,7 @@ def is_indoor(world):
 
 
 def main_sensor(world):
-    return "rgbd" if is_indoor(world) else "lidar64"
+    return MAIN_SENSOR.get(world, "rgbd" if is_indoor(world) else "lidar64")
 
 
 def radius_of(world):
@@ -76,7 +81,7 @@ def spacing_of(world):
 
 def beam_spacing_of(sensor, world):
     """Degrees between beams, which clustering has to bridge; None keeps the shipped value."""
-    indoor = {"lidar16": 2.0, "lidar64": 0.72, "rig": 0.72, "lidar128": 0.36, "solid": 0.26}
+    indoor = {"lidar16": 2.0, "lidar64": 0.72, "rig": 0.72, "lidar128": 0.36, "solid": 0.26, "solid64": 0.63}
     outdoor = {"lidar16": 2.0, "lidar128": 0.32, "solid": 0.26}
     return (indoor if is_indoor(world) else outdoor).get(sensor)
 
@@ -110,6 +115,18 @@ def set_keys(toml, values):
     return "\n".join(line for lines in parts.values() for line in lines) + "\n"
 
 
+def without_unknown(toml, known):
+    """The TOML text without the keys and sections a mapper does not know."""
+    section, kept = "", []
+    for line in toml.splitlines():
+        section = line[1:line.index("]")] + "." if line.startswith("[") else section
+        has_key = "=" in line and not line.startswith(("#", "["))
+        is_known = section + line.split("=")[0].strip() in known if has_key else any(key.startswith(section) for key in known)
+        if is_known:
+            kept.append(line)
+    return "\n".join(kept) + "\n"
+
+
 class CommandFailed(Exception):
     pass
 
@@ -135,17 +152,22 @@ def parsed(text, command):
 class Workshop:
     """Runs programs and remembers what came out."""
 
-    def __init__(self, build, out, keep_gb, threads):
+    def __init__(self, build, out, keep_gb, threads, mapper=None):
+        """`mapper`: the folder of another hggmap, older than the configs of this repository."""
         self.build, self.out, self.keep_bytes, self.threads = Path(build), Path(out), keep_gb * 1e9, threads
-        self.programs = {name: hash_of(self.build / name) for name in ("hgg-sim", "hggmap", "hgg-eval")}
+        self.mapper = Path(mapper) if mapper else None
+        self.programs = {name: hash_of(self.place(name) / name) for name in ("hgg-sim", "hggmap", "hgg-eval")}
         self.config_keys = self._config_keys()
         self.commands = self._commands()
         self.pinned, self.in_use = set(), []  # drives
         self.errors = []
         self._lock, self._stopping, self._children = threading.Lock(), False, set()
 
+    def place(self, program):
+        return self.mapper if self.mapper and program == "hggmap" else self.build
+
     def _config_keys(self):
-        printed = subprocess.run([self.build / "hggmap", "run", "--print-config"], capture_output=True, text=True).stdout
+        printed = subprocess.run([self.place("hggmap") / "hggmap", "run", "--print-config"], capture_output=True, text=True).stdout
         keys, section = set(), ""
         for line in printed.splitlines():
             section = line[1:line.index("]")] + "." if line.startswith("[") else section
@@ -155,7 +177,7 @@ class Workshop:
 
     def _commands(self):
         """The subcommands in the help; `hggmap WORD --help` succeeds for every word."""
-        text = subprocess.run([self.build / "hggmap", "--help"], capture_output=True, text=True).stdout
+        text = subprocess.run([self.place("hggmap") / "hggmap", "--help"], capture_output=True, text=True).stdout
         return set(re.findall(r"^  (\w+)", text.partition("\nSubcommands:\n")[2].partition("\n\n")[0], re.M))
 
     def has_switches(self, switches):
@@ -186,7 +208,7 @@ class Workshop:
         return printed
 
     def call(self, program, *arguments, accept=(0,)):
-        return self.execute([self.build / program, *arguments], accept)
+        return self.execute([self.place(program) / program, *arguments], accept)
 
     def halt(self):
         """Ends what is running and lets nothing start any more."""
@@ -252,7 +274,8 @@ class Workshop:
         beams = beam_spacing_of(run.drive.sensor, run.drive.world)
         if beams is not None:
             values["creation.beam_spacing_deg"] = str(beams)
-        return set_keys((folder / "hggmap.toml").read_text(), values)
+        text = set_keys((folder / "hggmap.toml").read_text(), values)
+        return without_unknown(text, self.config_keys) if self.mapper else text
 
     # What the programs are told. The names of files are arguments here, so that the same lines make the command and its key.
 
@@ -266,7 +289,8 @@ class Workshop:
         return ["--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory", where / "trajectory.tum",
                 "--log", drive / "log.lcm", "--odometry-channel", run.channel(), "--radius", radius_of(run.drive.world),
                 "--spacing", spacing_of(run.drive.world), "--html", out / "report.html", "--title", run.name(), "--json",
-                *(["--answers", out / "answers.jsonl"] if answers else [])]
+                *(["--answers", out / "answers.jsonl"] if answers else []),
+                *(["--fault", run.drive.fault_s] if run.drive.fault_s else [])]
 
     def align_command(self, a, b):
         return ["align", a / "map.hgg", b / "map.hgg", "--json"]

@@ -38,6 +38,14 @@ LidarModel solidStateLidar(bool indoor) {
   return lidar;
 }
 
+LidarModel preciseSolidStateLidar(bool indoor) {
+  LidarModel lidar = solidStateLidar(indoor);
+  lidar.beams = 64, lidar.columns = 400;
+  lidar.elevation_min_deg = -20.0, lidar.elevation_max_deg = 20.0;
+  lidar.errors.noise = 0.008, lidar.errors.range_max = 25.0;
+  return lidar;
+}
+
 RayGrid lidarGrid(const LidarModel& lidar) {
   RayGrid grid;
   grid.width = lidar.columns, grid.height = lidar.beams;

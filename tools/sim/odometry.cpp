@@ -48,6 +48,14 @@ Mat3 rotation(double roll, double pitch, double yaw) {
       .toRotationMatrix();
 }
 
+/// The step as a body feels it that knows no height and no tilt.
+Pose inPlane(const Pose& step) {
+  Pose flat = Pose::Identity();
+  flat.translation().head<2>() = step.translation().head<2>();
+  flat.linear() = rotation(0, 0, std::atan2(step.linear()(1, 0), step.linear()(0, 0)));
+  return flat;
+}
+
 /// `scale` and `yaw` are the biases of this step, share and rad.
 Pose disturbStep(const Pose& step, const OdometryErrors& errors, double scale, double yaw, const StepNoise& noise) {
   const double length = step.translation().norm(), root = std::sqrt(length);
@@ -62,13 +70,18 @@ Pose disturbStep(const Pose& step, const OdometryErrors& errors, double scale, d
     yaw += kDegree * errors.jump_yaw_deg * noise(StepNoise::kJumpYaw);
   }
   disturbed.rotate(rotation(tilt * noise(StepNoise::kRoll), tilt * noise(StepNoise::kPitch), yaw));
-  return disturbed;
+  return errors.planar ? inPlane(disturbed) : disturbed;
 }
 
 }  // namespace
 
-const std::vector<std::string>& odometryPresetNames() {
+const std::vector<std::string>& odometryTrackNames() {
   static const std::vector<std::string> names{"true", "excellent", "good", "poor"};
+  return names;
+}
+
+const std::vector<std::string>& odometryPresetNames() {
+  static const std::vector<std::string> names{"true", "excellent", "good", "poor", "wheel"};
   return names;
 }
 
@@ -87,6 +100,9 @@ std::optional<OdometryErrors> odometryPreset(const std::string& name) {
   if (name == "poor") {
     return OdometryErrors{
         .scale = 0.02, .yaw_deg_per_m = 0.05, .noise = 0.03, .yaw_noise_deg = 0.1, .tilt_noise_deg = 0.02};
+  }
+  if (name == "wheel") {
+    return OdometryErrors{.scale = 0.02, .yaw_deg_per_m = 0.1, .noise = 0.01, .yaw_noise_deg = 0.1, .planar = true};
   }
   return std::nullopt;
 }

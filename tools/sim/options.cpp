@@ -21,6 +21,9 @@ std::optional<SensorSuite> suiteOf(const std::string& name, int cameras, bool in
   if (name == "solid") {
     return SensorSuite{solidStateLidar(indoor), {}};
   }
+  if (name == "solid64") {
+    return SensorSuite{preciseSolidStateLidar(indoor), {}};
+  }
   if (name == "rgbd") {
     return SensorSuite{std::nullopt, {depthCamera()}};
   }
@@ -76,6 +79,28 @@ Result<std::optional<OdometryErrors>> odometryErrors(const SimArguments& argumen
   return Errors::ok(errors);
 }
 
+/// An error line, empty when done.
+std::string addFaults(const SimArguments& arguments, const Scene& scene, SimOptions& options) {
+  for (const std::string& text : arguments.odometry_faults) {
+    if (text == "xyzw") {
+      options.odometry_faults.quaternion_xyzw = true;
+      continue;
+    }
+    const auto fault = parseFault(text);
+    if (!fault) {
+      return "--odometry-fault " + fault.error + "; or xyzw";
+    }
+    if (fault->time > (frameCount(scene, options) - 1) / options.rate_hz) {
+      return "--odometry-fault " + text + ": the drive is over by then";
+    }
+    options.odometry_faults.timed.push_back(*fault);
+  }
+  options.carried_odometry = arguments.kidnap_odometry == "zero"   ? CarriedOdometry::kRestarts
+                             : arguments.kidnap_odometry == "true" ? CarriedOdometry::kFollows
+                                                                   : CarriedOdometry::kGoesOn;
+  return "";
+}
+
 /// What was asked for and would do nothing; empty when there is nothing of the kind.
 std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sensors, const Scene& scene) {
   const SimOptions& options = arguments.options;
@@ -87,6 +112,15 @@ std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sen
   }
   if (options.motion_distortion && !sensors.lidar) {
     return "--motion-distortion needs a LiDAR: cameras take all at once";
+  }
+  if (arguments.kidnap_odometry != "on" && !arguments.kidnap) {
+    return "--kidnap-odometry needs --kidnap";
+  }
+  if (options.odometry_faults.bursts_stay && options.odometry_faults.bursts == 0) {
+    return "--bursts-stay needs --odometry-bursts";
+  }
+  if (scene.carried && (frameCount(scene, options) - 1) / options.rate_hz < scene.carried->until) {
+    return "--kidnap: the drive is over before the robot is put down again";
   }
   SimOptions whole = options;
   whole.frames = 0;
@@ -104,11 +138,14 @@ std::vector<SensorName> sensorNames() {
           {"lidar64", "spinning LiDAR, 64 x 1024"},
           {"lidar128", "spinning LiDAR, 128 x 1024"},
           {"solid", "solid-state LiDAR, 120 degrees wide, 100 x 480"},
+          {"solid64", "solid-state LiDAR, 120 degrees wide, 64 x 400, 8 mm of range noise, 25 m"},
           {"rgbd", "depth camera with a label image, 320 x 240"},
           {"rig", "spinning LiDAR, 64 x 1024, labelled through 1..3 cameras (--cameras)"}};
 }
 
-Result<Scene> sceneOf(const SimArguments& arguments) {
+namespace {
+
+Result<Scene> undisturbedScene(const SimArguments& arguments) {
   const std::uint64_t seed = arguments.options.seed;
   if (arguments.path.empty()) {
     auto scene = makeScene(arguments.world, seed, arguments.dynamics);
@@ -128,6 +165,18 @@ Result<Scene> sceneOf(const SimArguments& arguments) {
                                std::to_string(truth->size()) + " and " + std::to_string(odometry->size()));
   }
   return Result<Scene>::ok(pathScene(*truth, *odometry, seed, arguments.dynamics));
+}
+
+}  // namespace
+
+Result<Scene> sceneOf(const SimArguments& arguments) {
+  auto scene = undisturbedScene(arguments);
+  if (!scene || !arguments.kidnap) {
+    return scene;
+  }
+  const auto kidnap = parseKidnap(*arguments.kidnap);
+  return kidnap ? kidnapped(std::move(*scene), *kidnap, arguments.options.rate_hz, arguments.options.seed)
+                : Result<Scene>::fail("--kidnap " + kidnap.error);
 }
 
 Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene) {
@@ -164,6 +213,9 @@ Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene)
     return Options::fail(odometry.error);
   }
   options.odometry = *odometry;
+  if (const std::string error = addFaults(arguments, scene, options); !error.empty()) {
+    return Options::fail(error);
+  }
   options.gait_deg = arguments.gait ? kGait_deg : 0.0;
   return Options::ok(options);
 }

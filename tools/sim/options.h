@@ -21,6 +21,9 @@ struct SimArguments {
   std::optional<double> range_noise, dropout;                        // override the sensor's
   std::optional<std::string> odometry;  // of odometryPreset(); default: the path's own, else good
   double odometry_dropout = 0, odometry_jumps = 0;
+  std::vector<std::string> odometry_faults;  // "xyzw", else of parseFault()
+  std::optional<std::string> kidnap;         // of parseKidnap()
+  std::string kidnap_odometry = "on";        // or "zero" or "true"
   bool gait = false;
   SimOptions options;  // the rest; completed by simOptions()
 };

@@ -14,7 +14,8 @@ const std::map<std::string, Maker>& makers() {
       {"campus", &makeCampus},
       {"apartment", &makeApartment},
       {"office", &makeOffice},
-      {"hall", &makeHall}};
+      {"hall", &makeHall},
+      {"corridor", &makeCorridor}};
   return kMakers;
 }
 

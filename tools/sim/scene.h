@@ -16,6 +16,11 @@ struct Motion {
   std::function<std::optional<Pose>(double time)> T_world_object;
 };
 
+/// The stretch of the log, s, in which something carries the body from one place to another; it senses nothing.
+struct Carried {
+  double from = 0, until = 0;
+};
+
 /// A world and the way a sensor takes through it. Times are in seconds from the start.
 struct Scene {
   World world;
@@ -26,6 +31,7 @@ struct Scene {
   std::string label_space = "semantickitti";  // or "indoor": the folder of classes.toml in firmware_cfg
   /// A real front-end's poses of the same way (same start pose); empty: odometry is the truth, disturbed.
   std::function<Pose(double time)> T_odom_body = nullptr;
+  std::optional<Carried> carried = std::nullopt;
 };
 
 /// Names makeScene() knows.
@@ -54,5 +60,7 @@ Scene makeApartment(std::uint64_t seed, double dynamics);
 Scene makeOffice(std::uint64_t seed, double dynamics);
 /// "hall": a subway-like hall: rows of identical columns, benches, ticket machines.
 Scene makeHall(std::uint64_t seed, double dynamics);
+/// "corridor": a long corridor between eight bedrooms; along it, into two of them, and back. One lap.
+Scene makeCorridor(std::uint64_t seed, double dynamics);
 
 }  // namespace hgg

@@ -41,7 +41,8 @@ struct Drive {
   const Scene& scene;
   const SimOptions& options;
   Trajectory T_world_body;
-  std::vector<double> times;
+  std::vector<double> times;      // of all frames
+  std::vector<std::size_t> kept;  // those in the log
   RayGrid lidar;
   std::vector<Eye> eyes;
   Segmentation cloud_segmentation, image_segmentation;
@@ -50,9 +51,14 @@ struct Drive {
 };
 
 Drive makeDrive(const Scene& scene, const SimOptions& options) {
-  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}};
+  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}, {}};
   for (int i = 0; i < frameCount(scene, options); ++i) {
-    drive.times.push_back(i / options.rate_hz);
+    const double time = i / options.rate_hz;
+    drive.times.push_back(time);
+    const bool is_carried = scene.carried && time > scene.carried->from && time < scene.carried->until;
+    if (i % options.every == 0 && !is_carried) {
+      drive.kept.push_back(static_cast<std::size_t>(i));
+    }
   }
   if (options.sensors.lidar) {
     drive.lidar = lidarGrid(*options.sensors.lidar);
@@ -75,15 +81,27 @@ std::vector<Pose> fromStart(const Trajectory& T_world_body, const std::vector<do
   return poses;
 }
 
-std::vector<Pose> odometryOf(const Drive& drive, const std::vector<Pose>& T_map_body) {
+/// The odometry of the frames that are kept: true motion with `errors`; without, the scene's own where it has some.
+std::vector<Pose> odometryOf(const Drive& drive, const std::vector<Pose>& T_map_body,
+                             const std::optional<OdometryErrors>& errors) {
   const SimOptions& options = drive.options;
-  if (options.odometry) {
-    return disturbOdometry(T_map_body, *options.odometry, options.seed);
+  const auto& carried = drive.scene.carried;
+  std::vector<Pose> odometry;
+  if (errors || !drive.scene.T_odom_body) {
+    odometry = withoutCarry(T_map_body, drive.times, carried);
+    odometry = errors ? disturbOdometry(odometry, *errors, options.seed) : odometry;
+  } else {
+    odometry =
+        withoutCarry(fromStart(withGait(drive.scene.T_odom_body, options.gait_deg), drive.times), drive.times, carried);
   }
-  if (!drive.scene.T_odom_body) {
-    return T_map_body;
+  if (options.carried_odometry == CarriedOdometry::kFollows) {
+    odometry = withCarry(odometry, T_map_body, drive.times, carried);
   }
-  return fromStart(withGait(drive.scene.T_odom_body, options.gait_deg), drive.times);
+  OdometryFaults faults = options.odometry_faults;
+  if (carried && options.carried_odometry == CarriedOdometry::kRestarts) {
+    faults.timed.push_back({FaultKind::kRestart, carried->until, std::nullopt});
+  }
+  return withFaults(odometry, options.rate_hz, drive.kept, faults, options.seed);
 }
 
 // ---------------------------------------------------------------------------------------------------- sensing
@@ -319,19 +337,19 @@ std::string writeClouds(LogWriter& log, const Drive& drive, const Sensed& sensed
 }
 
 /// The same drive under every preset, so that one log compares them.
-std::map<std::string, std::vector<Pose>> everyOdometry(const std::vector<Pose>& T_map_body, std::uint64_t seed) {
+std::map<std::string, std::vector<Pose>> everyOdometry(const Drive& drive, const std::vector<Pose>& T_map_body) {
   std::map<std::string, std::vector<Pose>> tracks;
-  for (const std::string& preset : odometryPresetNames()) {
+  for (const std::string& preset : odometryTrackNames()) {
     std::string channel = "POSE_ODOM_" + preset;
     std::ranges::transform(channel, channel.begin(), [](unsigned char c) { return std::toupper(c); });
-    tracks[channel] = disturbOdometry(T_map_body, *odometryPreset(preset), seed);
+    tracks[channel] = odometryOf(drive, T_map_body, odometryPreset(preset));
   }
   return tracks;
 }
 
 bool isOdometryMissing(const Drive& drive, std::size_t frame) {
   const SimOptions& options = drive.options;
-  return options.odometry && isOdometryMissing(*options.odometry, options.seed, frame, drive.times.size());
+  return options.odometry && isOdometryMissing(*options.odometry, options.seed, frame, drive.kept.back() + 1);
 }
 
 std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& sensors) {
@@ -349,21 +367,23 @@ std::string driveThrough(const Scene& scene, const SimOptions& options, const st
     return writer.error;
   }
   Drive drive = makeDrive(scene, options);
-  for (const double time : drive.times) {
-    result.T_world_body.push_back(drive.T_world_body(time));
+  const std::vector<Pose> T_map_body = fromStart(drive.T_world_body, drive.times);
+  for (const std::size_t frame : drive.kept) {
+    result.T_world_body.push_back(drive.T_world_body(drive.times[frame]));
+    result.T_map_body.push_back(T_map_body[frame]);
   }
-  result.T_map_body = fromStart(drive.T_world_body, drive.times);
-  const std::vector<Pose> odometry = odometryOf(drive, result.T_map_body);
-  const auto tracks = everyOdometry(result.T_map_body, options.seed);
+  const std::vector<Pose> odometry = odometryOf(drive, T_map_body, options.odometry);
+  const auto tracks = everyOdometry(drive, T_map_body);
   const Pose T_map_world = result.T_world_body.front().inverse();
   RayCaster caster(scene);
   TruthAccumulator truth;
   std::string error;
-  for (std::size_t i = 0; i < drive.times.size() && error.empty(); ++i) {
-    const Micros utime_us = kStart_us + std::llround(drive.times[i] * 1e6);
-    const Sensed sensed = sense(drive, caster, i, utime_us);
-    accumulate(truth, drive, i, sensed.semantic, T_map_world);
-    if (!isOdometryMissing(drive, i)) {
+  for (std::size_t i = 0; i < drive.kept.size() && error.empty(); ++i) {
+    const std::size_t frame = drive.kept[i];
+    const Micros utime_us = kStart_us + std::llround(drive.times[frame] * 1e6);
+    const Sensed sensed = sense(drive, caster, frame, utime_us);
+    accumulate(truth, drive, frame, sensed.semantic, T_map_world);
+    if (!isOdometryMissing(drive, frame)) {
       error = writer->write("POSE_ODOM", utime_us, encodePose(utime_us, odometry[i]));
     }
     for (const auto& [channel, track] : tracks) {
@@ -377,13 +397,13 @@ std::string driveThrough(const Scene& scene, const SimOptions& options, const st
     if (error.empty()) {
       error = writeClouds(*writer, drive, sensed, utime_us);
     }
-    progress(i + 1, drive.times.size());
+    progress(i + 1, drive.kept.size());
   }
   if (error.empty()) {
     error = writer->close();
   }
   result.objects = truth.objects();
-  result.end_time = drive.times.back();
+  result.end_time = drive.times[drive.kept.back()];
   markMotion(result.objects, scene, result.end_time);
   return error;
 }

@@ -5,9 +5,11 @@
 
 #include "progress.h"
 #include "sim/camera.h"
+#include "sim/kidnap.h"
 #include "sim/labels.h"
 #include "sim/lidar.h"
 #include "sim/odometry.h"
+#include "sim/odometry_faults.h"
 #include "sim/scene.h"
 #include "truth/objects.h"
 
@@ -24,20 +26,23 @@ struct SimOptions {
   std::uint64_t seed = 1;  // of the noise; the scene has its own
   int frames = 0;          // 0: the scene's whole tour
   double rate_hz = 10.0;
+  int every = 1;  // every Nth frame is written, with its odometry and its truth; the others might as well not be
   SensorSuite sensors;
   LabelErrors cloud_labels, image_labels;
   std::optional<OdometryErrors> odometry;  // nullopt: the scene's own poses where it has some, else the truth
-  bool instances = false;                  // put object ids on points and pixels of things
-  bool motion_distortion = false;          // the LiDAR sweeps during the time before the frame's
-  double gait_deg = 0;                     // the body rolls and pitches as it walks
-  bool semantic_cloud = true;              // with cameras: LIDAR_SEMANTIC too, as a mapper would make it from the rest
+  OdometryFaults odometry_faults;          // on every channel of odometry
+  CarriedOdometry carried_odometry = CarriedOdometry::kGoesOn;
+  bool instances = false;          // put object ids on points and pixels of things
+  bool motion_distortion = false;  // the LiDAR sweeps during the time before the frame's
+  double gait_deg = 0;             // the body rolls and pitches as it walks
+  bool semantic_cloud = true;      // with cameras: LIDAR_SEMANTIC too, as a mapper would make it from the rest
   int threads = 1;
 };
 
 /// What is true of a simulated drive. The map frame is the first pose's.
 struct DriveTruth {
   std::vector<TruthObject> objects;  // things with at least one point
-  std::vector<Pose> T_map_body;      // one a frame
+  std::vector<Pose> T_map_body;      // one a frame of the log
   std::vector<Pose> T_world_body;    // the same in the scene's frame
   double end_time = 0;               // s, the last frame's
 };

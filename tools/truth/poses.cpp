@@ -65,16 +65,6 @@ Result<std::vector<Record>> readRecords(const std::filesystem::path& path, const
   return Records::ok(std::move(records));
 }
 
-std::optional<Pose> poseOfRow(const std::array<double, 12>& row) {
-  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(row.data());
-  const Mat3 given = matrix.leftCols<3>();
-  Pose pose = Pose::Identity();
-  pose.linear() = Eigen::Quaterniond(given).normalized().toRotationMatrix();
-  pose.translation() = matrix.col(3);
-  const bool is_rotation = (given - pose.linear()).cwiseAbs().maxCoeff() < kRotationTolerance;
-  return is_rotation ? std::optional(pose) : std::nullopt;
-}
-
 Micros toMicros(double seconds) { return std::llround(seconds * 1e6); }
 
 bool isTime(double seconds) { return std::abs(seconds) < 1e12; }
@@ -95,6 +85,16 @@ std::optional<TimedPose> timedPoseOfRow(const std::array<double, 8>& row) {
 }
 
 }  // namespace
+
+std::optional<Pose> poseOfRow(const std::array<double, 12>& row) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>> matrix(row.data());
+  const Mat3 given = matrix.leftCols<3>();
+  Pose pose = Pose::Identity();
+  pose.linear() = Eigen::Quaterniond(given).normalized().toRotationMatrix();
+  pose.translation() = matrix.col(3);
+  const bool is_rotation = (given - pose.linear()).cwiseAbs().maxCoeff() < kRotationTolerance;
+  return is_rotation ? std::optional(pose) : std::nullopt;
+}
 
 Result<std::vector<Pose>> readPoses(const std::filesystem::path& path) {
   return readRecords(path, "12 numbers, the rows of a 3x4 rigid transform", &poseOfRow);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "core/result.h"
@@ -10,6 +12,9 @@ namespace hgg {
 
 /// Text files of numbers, one record a line; blank lines and lines that start with '#' are skipped. Errors name file
 /// and line.
+
+/// The pose of a row of twelve numbers, as readPoses() takes it; nullopt where it is none.
+std::optional<Pose> poseOfRow(const std::array<double, 12>& row);
 
 /// 3x4 row-major pose rows. Rotations are orthonormalised; a row more than 1e-2 away from a rotation is an error.
 Result<std::vector<Pose>> readPoses(const std::filesystem::path& path);
