@@ -57,9 +57,7 @@ std::vector<Mark> marksOf(const LocalGraph& local, const Pose& T_map_body, doubl
 class Raster {
  public:
   Raster(const Map& map, const Vec3& centre, double extent, double cell)
-      : cell_(cell),
-        half_(static_cast<int>(std::ceil(extent / cell))),
-        bits_(static_cast<std::size_t>(side() * side())) {
+      : cell_(cell), half_(static_cast<int>(std::ceil(extent / cell))), bits_(indexOf(0, side())) {
     for (const NodeId id : map.near(centre, std::numbers::sqrt2 * extent + map.tileSize())) {
       const MapNode& node = *map.find(id);
       for (const Leaf& packed : leavesOf(node)) {
@@ -74,16 +72,19 @@ class Raster {
   int side() const { return 2 * half_ + 1; }
   double band() const { return kBandCells * cell_; }
   int cellOf(double coordinate) const { return static_cast<int>(std::floor(coordinate / cell_)) + half_; }
-  std::uint64_t at(int x, int y) const { return bits_[static_cast<std::size_t>(y * side() + x)]; }
+  std::uint64_t at(int x, int y) const { return bits_[indexOf(x, y)]; }
 
  private:
+  std::size_t indexOf(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(side()) + static_cast<std::size_t>(x);
+  }
+
   /// Leaves near the rim of a band count for the next one too: heights are known to a fraction of it only.
   void mark(const Vec3& p, ClassId label) {
     const int x = cellOf(p.x()), y = cellOf(p.y());
     if (x >= 0 && y >= 0 && x < side() && y < side()) {
       const double slack = band() / 4;
-      bits_[static_cast<std::size_t>(y * side() + x)] |=
-          bitOf(label, p.z() - slack, band()) | bitOf(label, p.z() + slack, band());
+      bits_[indexOf(x, y)] |= bitOf(label, p.z() - slack, band()) | bitOf(label, p.z() + slack, band());
     }
   }
 

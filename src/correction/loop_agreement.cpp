@@ -46,7 +46,7 @@ std::vector<VerifiedLoop> LoopAgreement::overruling(const KeyframeGraph& keyfram
   if (loops_.size() < kOverruling) {
     return {};
   }
-  const std::vector<VerifiedLoop> newest(loops_.end() - kOverruling, loops_.end());
+  std::vector<VerifiedLoop> newest(loops_.end() - kOverruling, loops_.end());
   for (std::size_t i = 0; i < newest.size(); ++i) {
     for (std::size_t j = i + 1; j < newest.size(); ++j) {
       const BetweenConstraint &a = newest[i].loop, &b = newest[j].loop;

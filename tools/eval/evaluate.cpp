@@ -187,7 +187,7 @@ std::string scorePaths(const EvalOptions& options, Evaluation& evaluation) {
   }
   evaluation.trajectory = score(*pairs, truth->T_truth_body.size());
   evaluation.scenery.corrected = Path{*pairs, evaluation.trajectory->T_truth_map};
-  if (const std::string error = scoreLive(options, *truth, evaluation); !error.empty()) {
+  if (std::string error = scoreLive(options, *truth, evaluation); !error.empty()) {
     return error;
   }
   return options.log.empty() ? "" : scoreOdometry(options, *drive, *estimate, *truth, evaluation);
