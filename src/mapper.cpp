@@ -86,12 +86,12 @@ StepReport Mapper::step(const Frame& frame) {
     report.tracking = tracker_.hold(frame, prediction);
   } else {
     const bool is_jump = (prediction.is_start && !prediction.is_unknown) || report.tracking == Tracking::kRecovered;
-    const Pose T_last_body = tracker_.motionTo(alignment.pose.T_map_body).value_or(Pose::Identity());
+    report.T_last_body = tracker_.motionTo(alignment.pose.T_map_body);
+    const Pose T_last_body = report.T_last_body.value_or(Pose::Identity());
     const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
                                                     tracker_.odometry().noiseOf(T_last_body));
     MapDelta updated = update(local, alignment, keyframe);
     clock.lap("update");
-    report.T_last_body = tracker_.motionTo(alignment.pose.T_map_body);
     const int loops_before = corrector_.loops().accepted();
     Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
     clock.lap("correction");

@@ -236,7 +236,6 @@ Alignment align(const LocalGraph& local, const Map& map, const PoseBelief& prior
   found = fine.found;
   alignment.leaf_pairs = fine.leaf_pairs;
   alignment.fit = fine.fit;
-  alignment.innovation = localCoordinates(found.T_map_body, prior.T_map_body);
   const Split split = splitDirections(found.information, fine.prior.information);
   alignment.pose.T_map_body =
       retract(prior.T_map_body, split.kept * localCoordinates(found.T_map_body, prior.T_map_body));

@@ -22,8 +22,6 @@ struct Alignment {
   std::vector<ObjectPair> pairs;
   std::size_t leaf_pairs = 0;
   Fit fit;
-  /// From the prior to where the pairs would have the pose (tangent at the prior): m, rad.
-  Vec6 innovation = Vec6::Zero();
   /// Unit directions of the pose's tangent in which the map knows less than odometry; there the pose is odometry's.
   std::vector<Vec6> degenerate_directions;
   PoseSource source = PoseSource::kOdometry;

@@ -16,7 +16,6 @@ constexpr double kCellLeaves = 1.5;          // edge of a grid cell, in leaf siz
 constexpr double kBandCells = 2;             // height of a band, in cells
 constexpr std::size_t kMostLeaves = 600;     // of the frame that take part: spread evenly over it
 constexpr double kFinestTurn = kDegree / 2;  // rad, of the steps in yaw
-constexpr double kDistinctDistance = 1, kDistinctTurn = 5 * kDegree;  // m, rad
 
 /// A leaf as the grid sees it: where it is, and a bit for its class and height.
 struct Mark {

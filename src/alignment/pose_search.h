@@ -3,10 +3,16 @@
 #include <vector>
 
 #include "core/se3.h"
+#include "core/units.h"
 #include "map/local_graph.h"
 #include "map/map.h"
 
 namespace hgg {
+
+/// Two poses, or two transforms between maps, that differ by more than this are of two places. Chosen by hand;
+/// docs/experiments.md, "Why the verdict has these limits", measures rivals by it.
+inline constexpr double kDistinctDistance = 1.0;      // m
+inline constexpr double kDistinctTurn = 5 * kDegree;  // rad
 
 /// How far from a pose to search: m in each horizontal direction, and rad of yaw to either side.
 struct SearchReach {
@@ -22,7 +28,7 @@ struct SearchReach {
 std::vector<Pose> searchPoses(const LocalGraph& local, const Map& map, const Pose& T_map_body, const SearchReach& reach,
                               double radius, double leaf_size, std::size_t count);
 
-/// Whether two poses are too far apart to be one found twice: more than 1 m or 5 degrees.
+/// Whether two poses are too far apart to be one that was found twice.
 bool areDistinctPoses(const Pose& a, const Pose& b);
 
 }  // namespace hgg

@@ -27,8 +27,8 @@ bool fitsClearlyBetter(const Fit& a, const Fit& b);
 /// Lays a frame on the map whose alignment from odometry's prior has collapsed. Starts are `guesses` (T_map_body) and
 /// what searchPoses() finds within `reach` of the first of them; from each the frame is created and aligned again, with
 /// a prior as loose as the search is coarse. The start with the most leaves on the map wins, if these are at least
-/// `least_share` of those the map should know, enough to tell, and clearly more than at any place elsewhere: places that repeat
-/// themselves must not be taken for each other. nullopt when there is none.
+/// `least_share` of those the map should know, enough to tell, and clearly more than at any place elsewhere: places
+/// that repeat themselves must not be taken for each other. nullopt when there is none.
 std::optional<Recovery> recover(const Frame& frame, const Map& map, const std::vector<Pose>& guesses,
                                 const SearchReach& reach, double least_share, const ClassTable& classes,
                                 const Config& config);

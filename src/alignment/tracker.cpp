@@ -97,16 +97,26 @@ bool Tracker::isPlausible(const Pose& T_last_body, Micros utime_us) const {
 
 /// Odometry that jumps to where it once began has begun anew, unless it only comes back from a jump.
 bool Tracker::hasRestarted(const Frame& frame) const {
-  const bool has_jumped_before = doubts_ > 0 && good_.has_value();
-  const Pose T_map_odom = has_jumped_before ? Pose(good_->pose.T_map_body * good_->T_odom_body.inverse())
-                                            : T_map_odom_before_.value_or(Pose::Identity());
-  if ((has_jumped_before || T_map_odom_before_) &&
-      !areDistinctPoses(T_map_odom * frame.T_odom_body, last_->pose.T_map_body)) {
+  // Odometry's frame in the map as it was before the jump, which may be one that is still in doubt.
+  const std::optional<Pose> T_map_odom = doubts_ > 0 && good_ ? odometryFrameOf(*good_) : T_map_odom_before_;
+  if (T_map_odom && !areDistinctPoses(*T_map_odom * frame.T_odom_body, last_->pose.T_map_body)) {
     return false;
   }
   const auto isZero = [](const Pose& T) { return T.translation().norm() < kSlack && turnOf(T) < kZeroTurn; };
   const Pose step = last_->T_odom_body.inverse() * frame.T_odom_body;
   return isZero(frame.T_odom_body) && !isZero(last_->T_odom_body) && !isPlausible(step, frame.utime_us);
+}
+
+/// Another delay was applied to odometry: what it said of the frames before is no longer what it said then.
+void Tracker::rebase(const Frame& frame) {
+  if (!frame.T_odom_before) {
+    return;
+  }
+  const Pose T_now_then = *frame.T_odom_before * last_->T_odom_body.inverse();
+  last_->T_odom_body = *frame.T_odom_before;
+  if (good_) {
+    good_->T_odom_body = orthonormalized(T_now_then * good_->T_odom_body);
+  }
 }
 
 Prediction Tracker::predict(const Frame& frame, const AlignmentConfig& config) {
@@ -115,13 +125,7 @@ Prediction Tracker::predict(const Frame& frame, const AlignmentConfig& config) {
     prediction.is_start = true;
     return prediction;
   }
-  if (frame.T_odom_before) {
-    const Pose T_before_then = *frame.T_odom_before * last_->T_odom_body.inverse();
-    last_->T_odom_body = *frame.T_odom_before;
-    if (good_) {
-      good_->T_odom_body = orthonormalized(T_before_then * good_->T_odom_body);
-    }
-  }
+  rebase(frame);
   if (is_lost_ || frame.odometry_restarted || hasRestarted(frame)) {
     prediction.is_unknown = true;
     prediction.pose = last_->pose;
@@ -142,7 +146,7 @@ Prediction Tracker::predict(const Frame& frame, const AlignmentConfig& config) {
   if (good_ && is_believed) {
     prediction.guesses.push_back(good_->pose.T_map_body * coasting(good_->utime_us, frame.utime_us));
   } else if (good_ && is_possible) {
-    prediction.guesses.push_back(good_->pose.T_map_body * good_->T_odom_body.inverse() * frame.T_odom_body);
+    prediction.guesses.push_back(odometryFrameOf(*good_) * frame.T_odom_body);
   }
   return prediction;
 }
@@ -166,7 +170,7 @@ void Tracker::accept(const Frame& frame, const Alignment& alignment, const PoseB
     const Pose off = by_odometry.inverse() * aligned;
     if (off.translation().norm() > kSlack + kJumpShare * aligned.translation().norm() || turnOf(off) > kJumpTurn) {
       monitor_.noteJump();
-      T_map_odom_before_ = good_->pose.T_map_body * good_->T_odom_body.inverse();
+      T_map_odom_before_ = odometryFrameOf(*good_);
     }
     if (alignment.source == PoseSource::kAligned) {
       monitor_.learn(by_odometry, aligned);

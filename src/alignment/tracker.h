@@ -68,6 +68,9 @@ class Tracker {
     Micros utime_us = 0;
   };
 
+  /// Where odometry's frame lies in the map, by one frame (T_map_odom).
+  static Pose odometryFrameOf(const Known& known) { return known.pose.T_map_body * known.T_odom_body.inverse(); }
+  void rebase(const Frame& frame);
   bool isPlausible(const Pose& T_last_body, Micros utime_us) const;
   bool hasRestarted(const Frame& frame) const;
   /// The motion at constant velocity from one time to another.

@@ -3,16 +3,12 @@
 #include <span>
 #include <vector>
 
+#include "alignment/pose_search.h"
 #include "core/types.h"
 #include "core/units.h"
 #include "place/candidates.h"
 
 namespace hgg {
-
-/// Two transforms that differ by more than this are of two places. Chosen by hand; docs/experiments.md, "Why
-/// the verdict has these limits", measures rivals by it.
-inline constexpr double kDistinctDistance = 1.0;      // m
-inline constexpr double kDistinctTurn = 5 * kDegree;  // rad
 
 /// A transform between the maps that some pairs agree on.
 struct Hypothesis {
