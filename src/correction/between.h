@@ -10,16 +10,16 @@ namespace hgg {
 
 /// Uncertainty of the motion from the last keyframe to the present frame, one standard deviation.
 struct Travel {
-  double sigma = 0;       // m
-  double sigma_turn = 0;  // rad
-  bool jumped = false;    // somewhere on the way odometry gave no usable motion
+  double sigma = 0;                        // m
+  double sigma_turn = 0;                   // rad
+  bool jumped = false;                     // somewhere on the way odometry gave no usable motion
   double expected = 0, expected_turn = 0;  // m, rad: what is expected where sigma is cautious (BetweenConstraint)
 };
 
 /// Propagates the uncertainty over one more motion, T_last_body. Where the frame was aligned with the map it grows by
 /// what alignment loses; in position or rotation that the map does not constrain it grows by odometry's own error.
-/// `is_jump`: odometry gave no usable motion; then, and until the next keyframe, it is that of the place in the map, which
-/// a frame tells that the map holds in every direction. `leaf_size` (m) is the map's.
+/// `is_jump`: odometry gave no usable motion; then, and until the next keyframe, it is that of the place in the map,
+/// which a frame tells that the map holds in every direction. `leaf_size` (m) is the map's.
 Travel propagateTravel(const Travel& travel, const Pose& T_last_body, const Alignment& alignment, bool is_jump,
                        const AlignmentConfig& odometry, double leaf_size);
 

@@ -322,7 +322,8 @@ double Map::megabytes() const {
   // the object graph as much twice over.
   constexpr std::size_t kGraphBytes = 300;
   const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + graph_.size() * kGraphBytes +
-                            leaf_count_ * sizeof(Leaf) + keyframes_.poses().size() * (sizeof(TimedPose) + sizeof(Mat6)) +
+                            leaf_count_ * sizeof(Leaf) +
+                            keyframes_.poses().size() * (sizeof(TimedPose) + sizeof(Mat6)) +
                             keyframes_.edges().size() * (sizeof(BetweenConstraint) + 16);
   return static_cast<double>(bytes) / 1e6;
 }
