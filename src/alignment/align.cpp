@@ -28,6 +28,10 @@ constexpr int kLeafPower = 2, kPairPower = 3;
 
 /// 95 % of true priors surprise less (chi-square of three degrees of freedom, divided by three).
 constexpr double kSurprising = 2.6;
+/// What one frame's alignment can tell, m and rad: measured on drives with true odometry.
+constexpr double kTold = 0.01, kToldTurn = 0.05 * kDegree;
+/// Directions of which the pairs tell less than this share of what the prior does are taken to be told that much.
+constexpr double kBlind = 1e-6;
 /// A pose rests when a round moves it by less: m, rad.
 constexpr double kRests = 0.01, kRestsTurn = 0.1 * kDegree;
 constexpr int kMostRounds = 8;  // what converges does so in three or four
@@ -157,15 +161,32 @@ Split splitDirections(const Mat6& of_pairs, const Mat6& of_prior) {
   return split;
 }
 
-/// How far `T_map_body` is from the prior: the squared Mahalanobis distance of its position or its turn, whichever is
-/// larger, divided by its three degrees of freedom. About one where the prior is true.
-double surpriseOf(const PoseBelief& prior, const Pose& T_map_body) {
-  const Vec6 off = localCoordinates(T_map_body, prior.T_map_body);
-  const Mat6 cov = prior.information.inverse();
-  const Vec3 position = off.head<3>(), turn = off.tail<3>();
+/// How far the pairs alone would put the pose from the prior: the squared Mahalanobis distance of its position or its
+/// turn, whichever is larger, divided by its three degrees of freedom. About one where the prior is true. `found` is
+/// where pairs and prior came to rest together; the pairs alone would be farther off by R P^-1 times as much, with R
+/// and P their covariance and the prior's, and R + P is that of the difference.
+double surpriseOf(const PoseBelief& prior, const Registration& found) {
+  const Vec6 off = localCoordinates(found.T_map_body, prior.T_map_body);
+  const Mat6 of_pairs = (found.information + kBlind * prior.information).inverse();
+  const Vec6 innovation = off + of_pairs * prior.information * off;
+  const Mat6 cov = prior.information.inverse() + of_pairs;
+  const Vec3 position = innovation.head<3>(), turn = innovation.tail<3>();
   return std::max(position.dot(cov.topLeftCorner<3, 3>().inverse() * position),
                   turn.dot(cov.bottomRightCorner<3, 3>().inverse() * turn)) /
          3;
+}
+
+/// The prior, made no surer than a frame can tell. One that is surer would hold the pose against all leaves, and
+/// nothing could surprise it: odometry that stands still at the start of a drive, or after a long rest.
+PoseBelief contestable(const PoseBelief& prior) {
+  Mat6 cov = prior.information.inverse();
+  if (cov.diagonal().head<3>().maxCoeff() < kTold * kTold) {
+    cov.diagonal().head<3>().array() += kTold * kTold;
+  }
+  if (cov.diagonal().tail<3>().maxCoeff() < kToldTurn * kToldTurn) {
+    cov.diagonal().tail<3>().array() += kToldTurn * kToldTurn;
+  }
+  return {prior.T_map_body, cov.inverse()};
 }
 
 /// What the alignment of leaves comes to.
@@ -181,7 +202,8 @@ struct FineAlignment {
 /// are paired again from there until the pose rests.
 FineAlignment alignLeaves(const LocalGraph& local, const Map& map, const std::vector<ObjectPair>& pairs,
                           const PoseBelief& prior, const Pose& T_start, const Config& config) {
-  FineAlignment fine{{T_start, Mat6::Zero(), false}, prior, 0, {}};
+  const PoseBelief contested = contestable(prior);
+  FineAlignment fine{{T_start, Mat6::Zero(), false}, contested, 0, {}};
   for (int round = 0; round < kMostRounds; ++round) {
     const Pose T_before = fine.found.T_map_body;
     const std::vector<LeafPair> leaves =
@@ -193,13 +215,17 @@ FineAlignment alignLeaves(const LocalGraph& local, const Map& map, const std::ve
     fine.leaf_pairs = leaves.size();
     const std::size_t stride = leafStride(local, pairs, config.alignment.max_leaf_pairs);
     fine.fit = fitOf(local, pairs, leaves, gaussians, stride, fine.found.T_map_body);
-    const double surprise = surpriseOf(prior, fine.found.T_map_body);
+    const double surprise = surpriseOf(contested, fine.found);
     const Vec6 step = localCoordinates(fine.found.T_map_body, T_before);
     const bool rests = step.head<3>().norm() < kRests && step.tail<3>().norm() < kRestsTurn;
+    if (surprise < kSurprising && round == 0) {  // it is believed as it came
+      fine.prior = prior;
+      fine.found = registerPairs(gaussians, kLeafShare, prior, fine.found.T_map_body, kRobustScale);
+    }
     if (surprise < kSurprising || (round > 0 && rests)) {
       break;
     }
-    fine.prior.information = prior.information / surprise;
+    fine.prior.information = contested.information / surprise;
   }
   return fine;
 }

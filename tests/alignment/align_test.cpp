@@ -95,6 +95,28 @@ TEST(Align, TakesAwayTheErrorOfOdometryWhereThereIsStructure) {
   EXPECT_EQ(trial.alignment.source, PoseSource::kAligned);
 }
 
+/// Late or frozen odometry reports rest at the start of a drive, which is believed to a tenth of a millimetre.
+TEST(Align, OdometryThatStandsStillDoesNotHoldAPoseThatMoves) {
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  Mapper mapper(config, testClasses());
+  Place place = carPark();
+  mapper.step(place.seenFrom(Pose::Identity(), 100'000));
+  Pose T_true = at(0.1, 0.02);
+  T_true.rotate(Eigen::AngleAxisd(0.4 * kDegree, Vec3::UnitZ()));
+  const Frame frame = place.seenFrom(T_true, 200'000);
+  const PoseBelief prior = startPose(Pose::Identity(), true);
+  const LocalGraph local = createLocalGraph(frame, prior.T_map_body, testClasses(), config);
+  const Alignment alignment = align(local, mapper.map(), prior, config);
+  EXPECT_LT((alignment.pose.T_map_body.translation() - T_true.translation()).norm(), 0.02);
+  EXPECT_LT(turnOf(alignment.pose.T_map_body.inverse() * T_true), 0.1 * kDegree);
+
+  const Frame still = place.seenFrom(Pose::Identity(), 200'000);
+  const LocalGraph resting = createLocalGraph(still, prior.T_map_body, testClasses(), config);
+  const Alignment held = align(resting, mapper.map(), prior, config);
+  EXPECT_LT(held.pose.T_map_body.translation().norm(), 0.001) << "a robot at rest does not creep";
+}
+
 TEST(Align, InACorridorTheWayAlongItIsOdometrys) {
   const Pose T_true = at(0.5, 0, 0), T_wrong = at(0.53, 0.03, 0.2);
   const Trial trial = alignIn(corridor(), T_true, T_wrong);
