@@ -143,12 +143,12 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
     }
   }
   const Tracking judged = tracker_.judge(prediction, alignment);
-  if (judged == Tracking::kHeld) {
+  if (judged == Tracking::kHeld && !prediction.is_unproven) {
     return judged;
   }
   auto found = recover(frame, map_, prediction.guesses, tracker_.reach(config_.map.leaf_size), tracker_.leastShare(),
                        classes_, config_);
-  if (!found) {
+  if (!found || (judged == Tracking::kHeld && !fitsClearlyBetter(found->alignment.fit, alignment.fit))) {
     return judged;
   }
   local = std::move(found->local), alignment = std::move(found->alignment);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "alignment/places.h"
 #include "core/neighborhood.h"
 #include "map/file.h"
 #include "test_scene.h"
@@ -226,6 +227,21 @@ TEST(Mapper, KeepsTheGraphOfItsMapAndThatOfAMapItGoesOnFrom) {
   EXPECT_EQ(actual, expected);
   const std::string bytes = encodeMap(mapper.map());
   EXPECT_EQ(encodeMap(Mapper({}, testClasses(), decodeMap(bytes)->map).map()), bytes);
+}
+
+/// As with quaternions in another order. Nothing is known yet of how the robot moves, so that only the map can tell.
+TEST(Mapper, OdometryThatSaysBackwardsFromTheStartIsOverruledByTheMap) {
+  align_test::Place place = align_test::carPark();
+  Config config;
+  config.creation.beam_spacing_deg = 0.2;
+  Mapper mapper(config, testClasses());
+  for (int k = 0; k < 12; ++k) {
+    const double way = 0.5 * k;
+    Frame frame = place.seenFrom(align_test::at(-3 + way, 0), 100'000 * (k + 1));
+    frame.T_odom_body = align_test::at(-3 - way, 0);
+    const StepReport report = mapper.step(frame);
+    EXPECT_NEAR(report.T_map_body.translation().x(), -3 + way, 0.05) << "frame " << k;
+  }
 }
 
 TEST(ExplainMismatch, AMapOfOtherTilesOrKindsCannotGoOn) {

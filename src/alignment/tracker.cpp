@@ -143,6 +143,7 @@ Prediction Tracker::predict(const Frame& frame, const AlignmentConfig& config) {
   prediction.pose = propagatePose(last_->pose, motion, noise).value_or(last_->pose);
   prediction.guesses = {prediction.pose.T_map_body};
   prediction.is_disputed = good_ && is_possible && has_warmed_up && areDisputed(by_odometry, by_velocity);
+  prediction.is_unproven = good_ && !has_warmed_up && areDisputed(by_odometry, Pose::Identity());
   if (good_ && is_believed) {
     prediction.guesses.push_back(good_->pose.T_map_body * coasting(good_->utime_us, frame.utime_us));
   } else if (good_ && is_possible) {

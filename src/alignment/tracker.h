@@ -27,6 +27,7 @@ struct Prediction {
   bool is_disputed = false;   // odometry and constant velocity say very different things: the first two guesses
   bool is_start = false;      // there was no frame before it
   bool is_unknown = false;    // nothing says where in the map it is: a new fragment begins
+  bool is_unproven = false;   // odometry reports motion, and nothing has shown yet that it can be believed
   bool has_to_fit = false;    // odometry's step is hardly possible: only the map can confirm a pose
 };
 

@@ -243,6 +243,23 @@ TEST(Tracker, FirstStepsOfADriveAreNotDisputed) {
   EXPECT_FALSE(robot.predict(robot.T_odom_true).is_disputed);
 }
 
+TEST(Tracker, MotionInTheFirstStepsOfADriveIsUnproven) {
+  for (const int frames : {1, 2, 5}) {
+    Robot robot;
+    robot.drive(frames, at(0.3));
+    robot.go(at(0.3));
+    EXPECT_TRUE(robot.predict(robot.T_odom_true).is_unproven) << frames;
+  }
+  Robot robot;
+  robot.drive(6, at(0.3));
+  robot.go(at(0.3));
+  EXPECT_FALSE(robot.predict(robot.T_odom_true).is_unproven) << "the map has confirmed five steps";
+  Robot resting;
+  resting.drive(2, Pose::Identity());
+  resting.go(Pose::Identity());
+  EXPECT_FALSE(resting.predict(resting.T_odom_true).is_unproven) << "there is nothing to prove at rest";
+}
+
 TEST(Tracker, OdometrysPoseOfTheFrameBeforeMayBeAnotherNow) {
   Robot robot;
   robot.T_odom_true = at(20);
