@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::size_t kWindow = 10, kFewest = 4;  // steps
 constexpr int kJumpTold = 100;                    // steps for which a jump is told
+constexpr std::size_t kLastingJumps = 3;          // as many within them are no accident: its motion is wrong throughout
 /// Motion over the window below which nothing can be said: m, rad. Alignment's own noise is a tenth of it.
 constexpr double kMoved = 0.25, kTurned = 5 * kDegree;
 constexpr double kStill = 0.02;               // share of the true motion that a frozen odometry may report
@@ -73,10 +74,13 @@ void OdometryMonitor::learn(const Pose& T_by_odometry, const Pose& T_aligned) {
   if (steps_.size() > kWindow) {
     steps_.pop_front();
   }
-  since_jump_ = since_jump_ < 0 || since_jump_ >= kJumpTold ? -1 : since_jump_ + 1;
+  for (int& steps : since_jumps_) {
+    ++steps;
+  }
+  std::erase_if(since_jumps_, [](int steps) { return steps > kJumpTold; });
 }
 
-void OdometryMonitor::noteJump() { since_jump_ = 0; }
+void OdometryMonitor::noteJump() { since_jumps_.push_back(0); }
 
 OdometryFault OdometryMonitor::fault() const {
   Motion odometry, aligned, odometry_now, aligned_now;  // over the window, over its newest steps
@@ -87,7 +91,7 @@ OdometryFault OdometryMonitor::fault() const {
     }
   }
   const bool moves = aligned.length > kMoved, turns = aligned.angle > kTurned;
-  const OdometryFault jump = since_jump_ >= 0 ? OdometryFault::kJump : OdometryFault::kNone;
+  const OdometryFault jump = since_jumps_.empty() ? OdometryFault::kNone : OdometryFault::kJump;
   if (steps_.size() < kFewest || !(moves || turns)) {
     return jump;
   }
@@ -100,7 +104,8 @@ OdometryFault OdometryMonitor::fault() const {
   const bool is_turn_off = turns && (odometry.turn - aligned.turn).norm() > 2 * kOff * aligned.angle + kTurned / 2;
   if ((is_way_off && !pointAlike(odometry.way, aligned.way)) ||
       (is_turn_off && !pointAlike(odometry.turn, aligned.turn))) {
-    return jump == OdometryFault::kNone ? OdometryFault::kAxes : jump;
+    const bool is_accident = !since_jumps_.empty() && since_jumps_.size() < kLastingJumps;
+    return is_accident ? OdometryFault::kJump : OdometryFault::kAxes;
   }
   const double share = odometry.way.norm() / std::max(aligned.way.norm(), 1e-6);
   if (is_way_off && (share < kShort || share > kLong)) {

@@ -35,8 +35,8 @@ class OdometryMonitor {
     Pose by_odometry, aligned;
   };
 
-  std::deque<Step> steps_;  // the newest last
-  int since_jump_ = -1;     // steps; -1: there was none
+  std::deque<Step> steps_;       // the newest last
+  std::deque<int> since_jumps_;  // steps since each jump of late, the oldest first
 };
 
 }  // namespace hgg

@@ -20,11 +20,14 @@ constexpr double kKeep = 0.9997;
 constexpr double kLargest = 10 * kDegree;
 /// A window tells something when the turn that odometry shows depends on the delay by this much, rad.
 constexpr double kTelling = 2 * kDegree;
-/// A delay is applied when it is known this well, and better than the present one by this factor. Interpolation between
-/// samples smooths odometry's noise, which alone makes a delay of half the time between samples look better: so a
-/// change that small has to be much better.
+/// A delay is applied when it is known this well, or when it is this many of its deviations from the present one:
+/// wheels tell turns too poorly for the first. It also has to be better than the present one by this factor.
+/// Interpolation between samples smooths odometry's noise, which alone makes a delay of half the time between samples
+/// look better: so a change that small has to be much better.
 constexpr double kSmoothedShare = 0.6, kMuchBetter = 4;  // of the time between samples; of the squared differences
-constexpr double kKnown = 0.01, kBetter = 1.4;           // s, of the squared differences
+constexpr double kKnown = 0.01, kCertain = 4;            // s, deviations
+constexpr double kRefining = 2;                          // deviations, of a delay that was applied early
+constexpr double kBetter = 1.4;                          // of the squared differences
 constexpr Micros kWorthwhile_us = 15'000;                // smaller changes are not worth a change
 constexpr double kFewest = 100;                          // windows
 /// The deviation is multiplied by this, because differences are not independent as the sum of squares takes them to be.
@@ -114,16 +117,22 @@ std::optional<OdometryDelay::Estimate> OdometryDelay::estimate() const {
 
 void OdometryDelay::decide() {
   const auto found = estimate();
-  if (!found || found->sigma > kKnown) {
+  if (!found) {
     return;
   }
   const auto estimate_us = static_cast<Micros>(std::llround(1e6 * found->delay));
   const Micros delay_us = std::abs(estimate_us) < kWorthwhile_us ? 0 : estimate_us;
   const auto present = static_cast<std::size_t>((applied_us_ + kFarthest_us + kStep_us / 2) / kStep_us);
   const Micros change_us = std::abs(delay_us - applied_us_);
+  const double deviations = 1e-6 * static_cast<double>(change_us) / found->sigma;
+  const bool refines = applied_us_ != 0 && deviations > kRefining;
+  if (found->sigma > kKnown && deviations < kCertain && !refines) {
+    return;
+  }
   const double better =
       static_cast<double>(change_us) < kSmoothedShare * static_cast<double>(interval_us_) ? kMuchBetter : kBetter;
-  if (change_us > kWorthwhile_us && squares_[present] > better * *std::ranges::min_element(squares_)) {
+  const bool is_better = squares_[present] > better * *std::ranges::min_element(squares_);
+  if (change_us > kWorthwhile_us && (is_better || refines)) {
     applied_us_ = delay_us;
   }
 }

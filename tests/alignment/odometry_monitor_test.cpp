@@ -112,6 +112,17 @@ TEST(OdometryMonitor, TheStepOfAJumpIsNotTakenForWrongAxes) {
   EXPECT_EQ(monitor.fault(), OdometryFault::kJump);
 }
 
+TEST(OdometryMonitor, JumpAfterJumpIsNoAccidentButTheAxes) {
+  OdometryMonitor monitor;
+  for (int k = 0; k < 10; ++k) {
+    monitor.noteJump();
+    monitor.learn(motion(Vec3(-0.4, 0.9, 0)), kForward);
+    if (k >= 3) {  // before, there is too little to tell
+      EXPECT_EQ(monitor.fault(), OdometryFault::kAxes) << k;
+    }
+  }
+}
+
 TEST(OdometryMonitor, EveryFaultHasACodeAndASentence) {
   std::set<std::string> codes, sentences;
   for (const auto fault : {OdometryFault::kJump, OdometryFault::kFrozen, OdometryFault::kSlip, OdometryFault::kAxes}) {

@@ -93,6 +93,26 @@ TEST(OdometryDelay, WithoutOneNothingIsApplied) {
   }
 }
 
+TEST(OdometryDelay, WheelsThatTurnPoorlyTellADelayOfAFrameInTheEnd) {
+  for (const unsigned seed : {1U, 2U, 3U}) {
+    for (const double delay : {0.1, 0.0}) {
+      Drive drive;
+      drive.delay = delay, drive.sample_us = 100'000, drive.drift_deg = 0.6, drive.random.seed(seed);
+      drive.run(120);
+      EXPECT_NEAR(drive.applied(), delay, delay == 0 ? 0 : 0.02);
+    }
+  }
+}
+
+TEST(OdometryDelay, AnEstimateThatIsRoughIsAppliedOnceItIsCertain) {
+  Drive drive;
+  drive.delay = 0.2, drive.sample_us = 100'000, drive.drift_deg = 0.6;
+  drive.run(40);
+  ASSERT_TRUE(drive.estimator.estimate());
+  EXPECT_GT(drive.estimator.estimate()->sigma, 0.01);
+  EXPECT_NEAR(drive.applied(), 0.2, 0.05);
+}
+
 TEST(OdometryDelay, StraightDrivingTellsNothing) {
   for (const double delay : {0.0, 0.2}) {
     Drive drive;
