@@ -55,6 +55,8 @@ class Mapper {
   void finish();
 
   const Map& map() const { return map_; }
+  /// To be stored with the map.
+  void setOdometryDelay(Micros delay_us) { map_.setOdometryDelay(delay_us); }
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
   const LoopCloser& loops() const { return corrector_.loops(); }

@@ -35,7 +35,12 @@ void moveToBody(SemanticCloud& cloud, const Pose& T_body_sensor) {
 }  // namespace
 
 Pipeline::Pipeline(Mapper& mapper, OnFrame on_frame, OdometryWait wait)
-    : mapper_(mapper), on_frame_(std::move(on_frame)), assembler_(pairingLimits(mapper.config().frame, wait)) {}
+    : mapper_(mapper), on_frame_(std::move(on_frame)), assembler_(pairingLimits(mapper.config().frame, wait)) {
+  if (mapper_.config().frame.estimate_delay) {
+    delay_.startFrom(mapper_.map().odometryDelay_us());
+    assembler_.setDelay(delay_.applied_us());
+  }
+}
 
 void Pipeline::addOdometry(Bytes message, Micros arrival_us) {
   inputs_.add(mapper_.config().lcm.odometry, arrival_us, message);
@@ -70,6 +75,7 @@ void Pipeline::stepReady(Micros now_us) {
   while (const auto frame = assembler_.next(now_us)) {
     step(*frame);
     assembler_.setDelay(delay_.applied_us());
+    mapper_.setOdometryDelay(delay_.applied_us());
   }
   if (!assembler_.isWaiting()) {
     decode_ms_.clear();

@@ -17,6 +17,8 @@ namespace hgg {
 /// driving says nothing; only a change of the turn rate does.
 class OdometryDelay {
  public:
+  /// From an earlier session on the same robot; turns that show another delay replace it.
+  void startFrom(Micros delay_us) { applied_us_ = delay_us; }
   /// Steps of odometry reach `odometry` later than their frames: they are compared when it is far enough.
   void add(Micros utime_us, const std::optional<Mat3>& R_last_body);
   void compare(const OdometryBuffer& odometry);

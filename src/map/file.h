@@ -9,20 +9,20 @@
 
 namespace hgg {
 
-/// The map file, version 4. Little-endian; iN/uN are integers of N bits, f32/f64 IEEE floats.
+/// The map file, version 5. Little-endian; iN/uN are integers of N bits, f32/f64 IEEE floats.
 ///
 ///   file      := magic version frame+
 ///   magic     := 8 bytes "HGGMAP\r\n"          (a text-mode transfer breaks it visibly)
-///   version   := u32, 4                          (3 is read too: constraints end with is_loop; 2: no constraints,
-///                                               no anchors; 1: no classes either)
+///   version   := u32, 5                          (4 is read too: no delay; 3: constraints end with is_loop;
+///                                               2: no constraints, no anchors; 1: no classes either)
 ///   frame     := a zstd frame with content size and content checksum; at most 4 MiB of the payload
-///   payload   := classes tile_size revision next_id keyframes constraints nodes edges "END."   (frames joined)
+///   payload   := classes tile_size delay revision next_id keyframes constraints nodes edges "END."   (frames joined)
 ///   classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
 ///   tile_size := f64                                                                       m, edge of the stuff tiles
-///   revision  := i64
-///   next_id   := i64                            the id of the next new node; above every id that was ever given
-///   keyframes := u64 count, count x { i64 utime_us, pose T_map_body }
-///   constraints := u64 count, count x { i32 a, i32 b, pose T_a_b, f64 sigma (m), f64 sigma_turn (rad), u8 is_loop,
+///   delay     := i64                                                                       us, by which odometry
+///   lagged revision  := i64 next_id   := i64                            the id of the next new node; above every id
+///   that was ever given keyframes := u64 count, count x { i64 utime_us, pose T_map_body } constraints := u64 count,
+///   count x { i32 a, i32 b, pose T_a_b, f64 sigma (m), f64 sigma_turn (rad), u8 is_loop,
 ///                f64 expected (m), f64 expected_turn (rad) };
 ///                a, b: indices of two keyframes; sigma, expected within 1e-6 .. 1e3 m, turns within 1e-7 .. 1e3 rad
 ///   nodes     := u64 count, count x node                                                   ascending by id

@@ -16,7 +16,7 @@ static_assert(std::endian::native == std::endian::little, "the file is written a
 
 inline constexpr std::string_view kMapMagic = "HGGMAP\r\n";
 inline constexpr std::string_view kMapEnd = "END.";
-inline constexpr std::uint32_t kMapVersion = 4;
+inline constexpr std::uint32_t kMapVersion = 5;
 inline constexpr std::size_t kMapFrameBytes = 4U << 20;  // of the payload in one zstd frame
 
 /// Entries of a symmetric matrix in the order of the file.
@@ -28,6 +28,8 @@ inline constexpr std::pair<Eigen::Index, Eigen::Index> kMapCovarianceOrder[] = {
 struct SigmaLimits {
   double least = 0, most = 0;
 };
+/// Odometry that lags more has another clock, us.
+inline constexpr Micros kLongestDelay_us = 10'000'000;
 inline constexpr SigmaLimits kSigmaLimits{1e-6, 1e3}, kSigmaTurnLimits{1e-7, 1e3};  // m, rad
 
 }  // namespace hgg

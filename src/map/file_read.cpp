@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 
@@ -18,7 +19,7 @@ constexpr std::uint32_t kVersionWithoutConstraints = 2, kVersionWithoutClasses =
 constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
 
 /// Constraints without what is expected of them.
-constexpr std::uint32_t kVersionWithoutExpected = 3;
+constexpr std::uint32_t kVersionWithoutExpected = 3, kVersionWithoutDelay = 4;
 /// What alignment loses from one keyframe to the next, as correction/between has it for leaves of 0.4 m: 0.3 degrees
 /// and 0.14 m in 100 m.
 constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
@@ -212,6 +213,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
     names[id] = std::string(r.take(r.get<std::uint16_t>()));
   }
   const auto tile_size = r.get<double>();
+  const Micros odometry_delay_us = version <= kVersionWithoutDelay ? 0 : r.get<Micros>();
   const auto revision = r.get<std::int64_t>();
   const auto next_id = r.get<NodeId>();
   KeyframeGraph keyframes = getKeyframes(r, version);
@@ -229,6 +231,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   for (Edge& e : edges) {
     e.a = r.get<NodeId>(), e.b = r.get<NodeId>(), e.weight = r.get<float>();
   }
+  r.require(std::abs(odometry_delay_us) <= kLongestDelay_us);
   r.require(next_id > last_id && r.take(kMapEnd.size()) == kMapEnd && r.atEnd());
   if (!r.good()) {
     return std::nullopt;
@@ -236,6 +239,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   StoredMap stored{Map::restore(std::move(nodes), std::move(keyframes), std::move(names), revision, next_id),
                    std::move(edges)};
   stored.map.setTileSize(tile_size);
+  stored.map.setOdometryDelay(odometry_delay_us);
   for (const Edge& e : stored.edges) {
     if (e.a >= e.b || stored.map.find(e.a) == nullptr || stored.map.find(e.b) == nullptr) {
       return std::nullopt;

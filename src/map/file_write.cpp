@@ -142,6 +142,7 @@ void putMap(Writer& w, const Map& map, const std::vector<Edge>& edges) {
     w.put(std::string_view(name));
   }
   w.put(map.tileSize());
+  w.put(map.odometryDelay_us());
   w.put(map.revision());
   w.put(map.nextId());
   putKeyframes(w, map.keyframes());

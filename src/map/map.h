@@ -108,6 +108,10 @@ class Map {
   /// Edge of the tiles that bound stuff nodes, m; 0 until set.
   double tileSize() const { return tile_size_; }
   void setTileSize(double tile_size) { tile_size_ = tile_size; }
+  /// By how much odometry's stamps lagged behind the clouds' when it was last seen, us: a session that goes on in the
+  /// map starts with it.
+  Micros odometryDelay_us() const { return odometry_delay_us_; }
+  void setOdometryDelay(Micros delay_us) { odometry_delay_us_ = delay_us; }
   /// Sets the drift (m) from which on a node is not active; infinite until set. Takes effect at the next keyframe or
   /// constraint.
   void setDriftReach(double reach) { drift_reach_ = reach; }
@@ -190,6 +194,7 @@ class Map {
   double drift_reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;
+  Micros odometry_delay_us_ = 0;
   std::size_t leaf_count_ = 0;
   NodeId next_id_ = 1;
   std::int64_t revision_ = 0;

@@ -113,6 +113,18 @@ TEST(OdometryDelay, AnEstimateThatIsRoughIsAppliedOnceItIsCertain) {
   EXPECT_NEAR(drive.applied(), 0.2, 0.05);
 }
 
+TEST(OdometryDelay, ThatOfAnEarlierSessionHoldsUntilTurnsShowAnother) {
+  for (const double delay : {0.1, 0.0}) {
+    Drive drive;
+    drive.delay = delay;
+    drive.estimator.startFrom(104'000);
+    drive.run(4);
+    EXPECT_EQ(drive.estimator.applied_us(), 104'000);
+    drive.run(90);
+    EXPECT_NEAR(drive.applied(), delay, delay == 0 ? 0 : 0.01);
+  }
+}
+
 TEST(OdometryDelay, StraightDrivingTellsNothing) {
   for (const double delay : {0.0, 0.2}) {
     Drive drive;

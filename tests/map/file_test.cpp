@@ -181,19 +181,21 @@ TEST(MapFile, FollowsItsDocumentedGrammar) {
   Map map = mapOf({node, nodeAt(11, Vec3(4, 5, 6))});
   map.setClassNames({{10, "car"}});
   map.setTileSize(2.5);
+  map.setOdometryDelay(-93'000);
   const std::string file = encodeMap({map, {{1, 2, 0.25F}}});
   EXPECT_EQ(file.substr(0, 8), "HGGMAP\r\n");
-  EXPECT_EQ(at<std::uint32_t>(file, 8), 4U);
+  EXPECT_EQ(at<std::uint32_t>(file, 8), 5U);
   const std::string payload = payloadOf(file);
   EXPECT_EQ(at<std::uint32_t>(payload, 0), 1U);  // classes
   EXPECT_EQ(at<std::uint16_t>(payload, 4), 10);
   EXPECT_EQ(at<std::uint16_t>(payload, 6), 3);
   EXPECT_EQ(payload.substr(8, 3), "car");
-  EXPECT_EQ(at<double>(payload, 11), 2.5);        // tile_size
-  EXPECT_EQ(at<std::int64_t>(payload, 19), 1);    // revision
-  EXPECT_EQ(at<std::int64_t>(payload, 27), 3);    // next_id
-  EXPECT_EQ(at<std::uint64_t>(payload, 35), 1U);  // keyframes
-  const std::size_t ties = 43 + 8 + 96, nodes = ties + 8;
+  EXPECT_EQ(at<double>(payload, 11), 2.5);            // tile_size
+  EXPECT_EQ(at<std::int64_t>(payload, 19), -93'000);  // delay
+  EXPECT_EQ(at<std::int64_t>(payload, 27), 1);        // revision
+  EXPECT_EQ(at<std::int64_t>(payload, 35), 3);        // next_id
+  EXPECT_EQ(at<std::uint64_t>(payload, 43), 1U);      // keyframes
+  const std::size_t ties = 51 + 8 + 96, nodes = ties + 8;
   EXPECT_EQ(at<std::uint64_t>(payload, ties), 0U);
   EXPECT_EQ(at<std::uint64_t>(payload, nodes), 2U);
   const std::size_t first = nodes + 8;
@@ -278,7 +280,7 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   const auto loads = [&](const std::string& changed) {
     return static_cast<bool>(decodeMap(fileAround(header, changed)));
   };
-  const std::size_t keyframes = 4 + 8 + 8 + 8, nodes = keyframes + 8 + 104 + 8, first = nodes + 8, second = first + 229,
+  const std::size_t keyframes = 4 + 8 + 8 + 8 + 8, nodes = keyframes + 8 + 104 + 8, first = nodes + 8, second = first + 229,
                     edges = second + 229;
   ASSERT_EQ(at<std::uint64_t>(payload, edges), 1U);
   ASSERT_TRUE(loads(payload));
@@ -288,7 +290,7 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   EXPECT_FALSE(loads(with(payload, edges, std::uint64_t{2})));
   EXPECT_FALSE(loads(with(payload, second, std::int64_t{1})));  // an id twice
   EXPECT_FALSE(loads(with(payload, first, std::int64_t{0})));
-  EXPECT_FALSE(loads(with(payload, 20, std::int64_t{2})));           // next_id is taken
+  EXPECT_FALSE(loads(with(payload, 28, std::int64_t{2})));           // next_id is taken
   EXPECT_TRUE(loads(with(payload, second + 11, std::int32_t{0})));   // a tile twice: one copy awaits its loop
   EXPECT_FALSE(loads(with(payload, first + 219, std::int32_t{1})));  // an anchor beyond the keyframes
   EXPECT_FALSE(loads(with(payload, first + 219, std::int32_t{-2})));
@@ -322,10 +324,12 @@ Map looseMap() {
 std::string payloadAs(std::uint32_t version, const Map& map) {
   const auto anchorAt = [](std::size_t node) { return node + 11 + 12 + 80 + 96 + 4 + 16; };
   std::string payload = payloadOf(encodeMap(map));
-  std::size_t offset = 4 + 8 + 8 + 8;
+  std::size_t offset = 4 + 8;
   for (const auto& [id, name] : map.classNames()) {
     offset += 4 + name.size();
   }
+  payload.erase(offset, 8);  // the delay
+  offset += 8 + 8;
   offset += 8 + 104 * map.keyframes().poses().size();
   payload.erase(offset, 8 + kTieBytes * map.keyframes().edges().size());
   offset += 8;
@@ -504,10 +508,10 @@ TEST(MapFile, TiesAreReadWithinLimitsAndNeverWrittenBeyondThem) {
 
 TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
   const std::string payload = payloadOf(encodeMap(looseMap()));
-  const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
+  const std::size_t ties = 4 + 8 + 8 + 8 + 8 + 8 + 3 * 104, first = ties + 8;
   ASSERT_EQ(at<std::uint64_t>(payload, ties), 3U);
   const auto loads = [&](const std::string& changed) {
-    return static_cast<bool>(decodeMap(fileAround(headerOf(4), changed)));
+    return static_cast<bool>(decodeMap(fileAround(encodeMap(looseMap()).substr(0, kHeaderBytes), changed)));
   };
   ASSERT_TRUE(loads(payload));
   for (const KeyframeId wrong : {-1, 3, 1 << 30}) {
@@ -530,6 +534,7 @@ TEST(MapFile, TiesThatMakeNoSenseAreAnError) {
 TEST(MapFile, OfTiesOfVersion3NoMoreIsExpectedThanTheirSigmas) {
   const Map map = looseMap();
   std::string payload = payloadOf(encodeMap(map));
+  payload.erase(4 + 8, 8);  // the delay
   const std::size_t first = 4 + 8 + 8 + 8 + 8 + 3 * 104 + 8;
   for (std::size_t k = 3; k > 0; --k) {
     payload.erase(first + k * kTieBytes - 16, 16);
@@ -561,14 +566,34 @@ TEST(MapFile, AMapFromBeforeClassBeliefsIsReadAsIfEveryViewHadSaidTheSame) {
   payload.erase(payload.size() - 4 - 8 - 2, 2);            // before the edges and the end: how many classes it has
   payload.erase(payload.size() - 4 - 8 - 4 - 4, 4);        // its anchor, before the number of its leaves
   payload.erase(payload.size() - 4 - 8 - 223 - 8 - 8, 8);  // ties, before the number of nodes
+  payload.erase(4 + 8, 8);                                 // the delay, behind no class names and the size of tiles
   const auto stored = decodeMap(fileAround(with(bytes.substr(0, kHeaderBytes), 8, std::uint32_t{1}), payload));
   ASSERT_TRUE(stored) << stored.error;
   EXPECT_EQ(stored->map.find(1)->classes.views, (ClassWeights{{10, 7.0F}}));
 }
 
+TEST(MapFile, TheDelayOfOdometryComesBackAndOlderFilesHaveNone) {
+  Map map = looseMap();
+  map.setOdometryDelay(104'000);
+  const std::string bytes = encodeMap(map);
+  const auto stored = decodeMap(bytes);
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_EQ(stored->map.odometryDelay_us(), 104'000);
+
+  std::string payload = payloadOf(bytes);
+  payload.erase(4 + 8, 8);  // behind no class names and the size of tiles
+  const auto older = decodeMap(fileAround(headerOf(4), payload));
+  ASSERT_TRUE(older) << older.error;
+  EXPECT_EQ(older->map.odometryDelay_us(), 0);
+  EXPECT_EQ(older->map.nodes().size(), map.nodes().size());
+
+  map.setOdometryDelay(11'000'000);
+  EXPECT_FALSE(decodeMap(encodeMap(map))) << "no delay is that long";
+}
+
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3));
-  for (const std::uint32_t version : {0U, 5U, 77U}) {
+  for (const std::uint32_t version : {0U, 6U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;
