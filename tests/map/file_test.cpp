@@ -280,8 +280,8 @@ TEST(MapFile, ContentsThatMakeNoSenseAreAnError) {
   const auto loads = [&](const std::string& changed) {
     return static_cast<bool>(decodeMap(fileAround(header, changed)));
   };
-  const std::size_t keyframes = 4 + 8 + 8 + 8 + 8, nodes = keyframes + 8 + 104 + 8, first = nodes + 8, second = first + 229,
-                    edges = second + 229;
+  const std::size_t keyframes = 4 + 8 + 8 + 8 + 8, nodes = keyframes + 8 + 104 + 8, first = nodes + 8,
+                    second = first + 229, edges = second + 229;
   ASSERT_EQ(at<std::uint64_t>(payload, edges), 1U);
   ASSERT_TRUE(loads(payload));
   EXPECT_FALSE(loads(with(payload, 0, std::uint32_t{0xFFFFFFFF})));       // classes without end
