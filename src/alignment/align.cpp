@@ -180,12 +180,13 @@ double surpriseOf(const PoseBelief& prior, const Registration& found) {
 /// nothing could surprise it: odometry that stands still at the start of a drive, or after a long rest.
 PoseBelief contestable(const PoseBelief& prior) {
   Mat6 cov = prior.information.inverse();
-  if (cov.diagonal().head<3>().maxCoeff() < kTold * kTold) {
-    cov.diagonal().head<3>().array() += kTold * kTold;
+  const bool is_surer = cov.diagonal().head<3>().maxCoeff() < kTold * kTold;
+  const bool is_turn_surer = cov.diagonal().tail<3>().maxCoeff() < kToldTurn * kToldTurn;
+  if (!is_surer && !is_turn_surer) {
+    return prior;
   }
-  if (cov.diagonal().tail<3>().maxCoeff() < kToldTurn * kToldTurn) {
-    cov.diagonal().tail<3>().array() += kToldTurn * kToldTurn;
-  }
+  cov.diagonal().head<3>().array() += is_surer ? kTold * kTold : 0;
+  cov.diagonal().tail<3>().array() += is_turn_surer ? kToldTurn * kToldTurn : 0;
   return {prior.T_map_body, cov.inverse()};
 }
 
@@ -218,7 +219,7 @@ FineAlignment alignLeaves(const LocalGraph& local, const Map& map, const std::ve
     const double surprise = surpriseOf(contested, fine.found);
     const Vec6 step = localCoordinates(fine.found.T_map_body, T_before);
     const bool rests = step.head<3>().norm() < kRests && step.tail<3>().norm() < kRestsTurn;
-    if (surprise < kSurprising && round == 0) {  // it is believed as it came
+    if (surprise < kSurprising && round == 0 && contested.information != prior.information) {
       fine.prior = prior;
       fine.found = registerPairs(gaussians, kLeafShare, prior, fine.found.T_map_body, kRobustScale);
     }
