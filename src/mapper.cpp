@@ -131,8 +131,7 @@ Prediction Mapper::propagate(const Frame& frame, MapDelta& delta) {
   return prediction;
 }
 
-Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGraph& local,
-                       Alignment& alignment) const {
+Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment) {
   if (prediction.is_start) {
     return Tracking::kHeld;
   }
@@ -149,6 +148,9 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
   auto found = recover(frame, map_, prediction.guesses, tracker_.reach(config_.map.leaf_size), tracker_.leastShare(),
                        classes_, config_);
   if (!found || (judged == Tracking::kHeld && !fitsClearlyBetter(found->alignment.fit, alignment.fit))) {
+    if (found && !areDistinctPoses(found->alignment.pose.T_map_body, alignment.pose.T_map_body)) {
+      tracker_.proveOdometry();
+    }
     return judged;
   }
   local = std::move(found->local), alignment = std::move(found->alignment);

@@ -143,7 +143,7 @@ Prediction Tracker::predict(const Frame& frame, const AlignmentConfig& config) {
   prediction.pose = propagatePose(last_->pose, motion, noise).value_or(last_->pose);
   prediction.guesses = {prediction.pose.T_map_body};
   prediction.is_disputed = good_ && is_possible && has_warmed_up && areDisputed(by_odometry, by_velocity);
-  prediction.is_unproven = good_ && !has_warmed_up && areDisputed(by_odometry, Pose::Identity());
+  prediction.is_unproven = good_ && !has_warmed_up && !is_proven_ && areDisputed(by_odometry, Pose::Identity());
   if (good_ && is_believed) {
     prediction.guesses.push_back(good_->pose.T_map_body * coasting(good_->utime_us, frame.utime_us));
   } else if (good_ && is_possible) {
@@ -201,6 +201,7 @@ void Tracker::startAt(const Frame& frame, const PoseBelief& pose) {
   steps_ = 0;
   doubts_ = 0;
   is_lost_ = false;
+  is_proven_ = false;
 }
 
 void Tracker::moveTo(const PoseBelief& pose) {

@@ -45,6 +45,8 @@ class Tracker {
   SearchReach reach(double leaf_size) const;
   double leastShare() const;
 
+  /// A search of the map has found the frame where odometry put it: the next ones need none.
+  void proveOdometry() { is_proven_ = true; }
   /// The frame fits, at `pose`.
   void accept(const Frame& frame, const Alignment& alignment, const PoseBelief& pose, const AlignmentConfig& config);
   /// It does not: the pose goes on as predicted. Returns kLost when that has lasted too long, else kDoubtful.
@@ -88,6 +90,7 @@ class Tracker {
   int steps_ = 0;   // between frames that fitted, since the start
   int doubts_ = 0;  // frames in a row that did not fit
   bool is_lost_ = false;
+  bool is_proven_ = false;
 };
 
 }  // namespace hgg

@@ -254,6 +254,11 @@ TEST(Tracker, MotionInTheFirstStepsOfADriveIsUnproven) {
   robot.drive(6, at(0.3));
   robot.go(at(0.3));
   EXPECT_FALSE(robot.predict(robot.T_odom_true).is_unproven) << "the map has confirmed five steps";
+  Robot proven;
+  proven.drive(2, at(0.3));
+  proven.tracker.proveOdometry();
+  proven.go(at(0.3));
+  EXPECT_FALSE(proven.predict(proven.T_odom_true).is_unproven);
   Robot resting;
   resting.drive(2, Pose::Identity());
   resting.go(Pose::Identity());
