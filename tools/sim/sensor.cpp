@@ -126,7 +126,7 @@ double columnTime(const RayGrid& grid, const Exposure& exposure, int column) {
 
 Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const RangeErrors& errors,
              const Trajectory& T_world_body, const Exposure& exposure, const RandomKey& key, int threads) {
-  Scan scan{std::vector<float>(grid.size()), std::vector<std::int32_t>(grid.size(), -1),
+  Scan scan{std::vector<float>(grid.size()), {}, std::vector<std::int32_t>(grid.size(), -1),
             std::vector<std::uint8_t>(grid.size())};
   const int slices = exposure.sweep > 0 ? std::min(kSlices, grid.width) : 1;
   for (int slice = 0; slice < slices; ++slice) {
@@ -144,10 +144,10 @@ Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const R
       }
     });
   }
-  const std::vector<float> truth = scan.range;
+  scan.true_range = scan.range;
   parallelFor(grid.height, threads, [&](int y) {
     for (int x = 0; x < grid.width; ++x) {
-      addRangeErrors(scan, truth, grid, errors, x, y, key);
+      addRangeErrors(scan, scan.true_range, grid, errors, x, y, key);
     }
   });
   return scan;

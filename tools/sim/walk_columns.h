@@ -1,0 +1,34 @@
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "sim/world.h"
+#include "truth/walk_grid.h"
+
+namespace hgg {
+
+/// A surface that faces up, on one vertical line or in one cell.
+struct Place {
+  double z = 0;
+  double slope_deg = 0;
+  double room = 0;         // m, free above it on the line; 0: something stands on it
+  double least_room = 0;   // m, the same anywhere in the cell
+  double step = 0;         // m, the largest to what is around it; infinite beside a void
+};
+
+constexpr double kVoid = std::numeric_limits<double>::infinity();
+
+/// The surfaces on the vertical line through (x, y), lowest first. What lies inside its own object is none (where a
+/// car's body meets its cabin), what is below another thing is one without room.
+std::vector<Place> placesOn(const World& world, const std::vector<std::size_t>& solids, double x, double y);
+
+/// The place a foot is put on that comes from height z: the one with most room among those a step away, else the
+/// nearest; nullptr when there is none.
+const Place* nextPlace(const std::vector<Place>& places, double z, double step);
+
+/// The places at the middle of a square cell, with the step and the least room to what is anywhere in it.
+std::vector<Place> placesIn(const World& world, const std::vector<std::size_t>& solids, double x, double y, double side,
+                            double step);
+
+}  // namespace hgg
