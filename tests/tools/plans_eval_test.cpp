@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "eval/plans.h"
-#include "scratch.h"
+#include "tools/scratch.h"
 
 namespace hgg::plans_eval_test {
 namespace {
@@ -27,9 +27,7 @@ void wall(WalkGrid& grid, int x, int y0, int y1) {
   }
 }
 
-std::uint32_t at(const WalkGrid& grid, double x, double y) {
-  return grid.first[*grid.cellOf(x, y)];
-}
+std::uint32_t at(const WalkGrid& grid, double x, double y) { return grid.first[*grid.cellOf(x, y)]; }
 
 const Laying kAsItIs{Pose::Identity()};
 
@@ -152,9 +150,10 @@ TEST(Plans, WhatAPathMeetsIsTold) {
   EXPECT_EQ(score.off_ground, 1U);
   EXPECT_EQ(score.longer, 0U);
   const double leg = std::hypot(2.95, 2.55), other = std::hypot(3.05, 2.55);
-  EXPECT_NEAR(score.mean_ratio,
-              (std::hypot(leg, 0.1) + std::hypot(other, 0.1) + 6.0 + std::hypot(leg, 0.5) + std::hypot(other, 0.5)) / 24.0,
-              1e-9);
+  EXPECT_NEAR(
+      score.mean_ratio,
+      (std::hypot(leg, 0.1) + std::hypot(other, 0.1) + 6.0 + std::hypot(leg, 0.5) + std::hypot(other, 0.5)) / 24.0,
+      1e-9);
   const PlanScore detour = scorePlans({{from, to, 6.0}}, {around}, grid, kAsItIs);
   EXPECT_EQ(detour.longer, 1U);
   EXPECT_TRUE(std::isnan(scorePlans({request}, {none}, grid, kAsItIs).mean_ratio));

@@ -1,11 +1,16 @@
 // A map's grid against the truth's, by hand and against brute force.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <random>
 
+#include "eval/evaluate.h"
+#include "eval/report.h"
 #include "eval/walk.h"
-#include "scratch.h"
+#include "tools/scratch.h"
 #include "truth/npy.h"
 
 namespace hgg::walk_eval_test {
@@ -42,13 +47,13 @@ TEST(MapGrid, VerdictsAreThoseOfTheLevelNearestInHeight) {
   map.levels = 3;
   map.cost = {kBlocked, 252, kUnknown};
   map.heights = {0.0F, 0.5F, kNaN};
-  EXPECT_EQ(verdictAt(map, 0, 0, 0.2, 0.3), Verdict::kBlocked);
-  EXPECT_EQ(verdictAt(map, 0, 0, 0.3, 0.3), Verdict::kWalkable);
-  EXPECT_EQ(verdictAt(map, 0, 0, 0.81, 0.3), Verdict::kUnknown);
-  EXPECT_EQ(verdictAt(map, 1, 0, 0.2, 0.3), Verdict::kUnknown);
+  EXPECT_EQ(verdictAt(map, 0, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Verdict::kBlocked);
+  EXPECT_EQ(verdictAt(map, 0, 0, {0.3, 0.3 - 0.3, 0.3 + 0.3}), Verdict::kWalkable);
+  EXPECT_EQ(verdictAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Verdict::kUnknown);
+  EXPECT_EQ(verdictAt(map, 1, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Verdict::kUnknown);
   map.cost[2] = kBlocked;  // at no height: at every height where there is nothing else
-  EXPECT_EQ(verdictAt(map, 0, 0, 0.81, 0.3), Verdict::kBlocked);
-  EXPECT_EQ(verdictAt(map, 0, 0, 0.4, 0.3), Verdict::kWalkable);
+  EXPECT_EQ(verdictAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Verdict::kBlocked);
+  EXPECT_EQ(verdictAt(map, 0, 0, {0.4, 0.4 - 0.3, 0.4 + 0.3}), Verdict::kWalkable);
 }
 
 TEST(MapGrid, IsReadAsItIsExported) {
@@ -127,8 +132,10 @@ TEST(Walk, RecallEndsTwelveMetresFromTheWay) {
 TEST(Walk, ATableTopCalledWalkableIsAnIslandAndAFloorInTheAirIsWrong) {
   WalkGrid truth = floorTruth(3, 1);
   truth.first = {0, 2, 3, 4};
-  truth.surfaces = {{0.0F, Standing::kBlocked, false, 1}, {0.74F, Standing::kFree, true, 1},
-                    {0.0F, Standing::kFree, false, 1},    {0.0F, Standing::kFree, false, 1}};
+  truth.surfaces = {{0.0F, Standing::kBlocked, false, 1},
+                    {0.74F, Standing::kFree, true, 1},
+                    {0.0F, Standing::kFree, false, 1},
+                    {0.0F, Standing::kFree, false, 1}};
   MapGrid map = floorMap(3, 1);
   map.heights = {0.74F, 0.0F, 0.9F};
   const WalkScore score = scoreWalk(map, truth, kAsItIs, kWay);
@@ -137,6 +144,17 @@ TEST(Walk, ATableTopCalledWalkableIsAnIslandAndAFloorInTheAirIsWrong) {
   EXPECT_EQ(score.nothing, 1U);
   EXPECT_DOUBLE_EQ(score.strict.precision, 0.5);
   EXPECT_EQ(score.confusion[1][2], 1U) << "the floor below the table";
+}
+
+TEST(Walk, TheTopOfALowBoxIsNotTheFloorBelowIt) {
+  WalkGrid truth = floorTruth(1, 1);
+  truth.first = {0, 2};
+  truth.surfaces = {{0.0F, Standing::kBlocked, false, 1}, {0.29F, Standing::kFree, true, 1}};
+  MapGrid map = floorMap(1, 1);
+  map.heights = {0.27F};
+  EXPECT_EQ(scoreWalk(map, truth, kAsItIs, kWay).confusion[1][2], 1U);
+  map.heights = {0.1F};
+  EXPECT_EQ(scoreWalk(map, truth, kAsItIs, kWay).confusion[1][0], 1U);
 }
 
 TEST(Walk, DriftCountsForTheWholeMapAndNotByTheNearestPose) {
@@ -182,7 +200,12 @@ WalkShares bruteForce(const MapGrid& map, const WalkGrid& truth, const Pose& T_t
             const double v = (p.y() - map.origin_y) / map.resolution - i / map.width;
             const std::size_t at = map.at(level, i % map.width, i / map.width);
             const double apart = std::abs(static_cast<double>(map.heights[at]) - p.z());
-            if (u >= 0 && u < 1 && v >= 0 && v < 1 && apart <= nearest && map.cost[at] != kUnknown) {
+            const double as_truth = static_cast<double>(map.heights[at]) - p.z() + static_cast<double>(s.height);
+            bool is_anothers = false;
+            for (const WalkSurface& other : truth.column(truth.at(x, y))) {
+              is_anothers = is_anothers || std::abs(static_cast<double>(other.height) - as_truth) < apart - 1e-9;
+            }
+            if (!is_anothers && u >= 0 && u < 1 && v >= 0 && v < 1 && apart <= nearest && map.cost[at] != kUnknown) {
               nearest = apart;
               is_walkable = map.cost[at] <= 252;
             }
@@ -253,6 +276,86 @@ TEST(Walk, IsWhatBruteForceFindsInRandomWorldsAnyWayTheyLie) {
     EXPECT_DOUBLE_EQ(score.strict.recall, expected.recall);
     EXPECT_GT(expected.recall, 0.0) << "the worlds must overlap for this to say anything";
   }
+}
+
+/// A map of one graph, a truth that is turned by 90 degrees and shifted by (5, 0, 0), and its grid as the map has it.
+EvalOptions turnedWorld(const Scratch& scratch) {
+  writeText(scratch / "g.json", R"({"format":"hgg-graph","version":1,"classes":{},"objects":[],"edges":[]})");
+  writeText(scratch / "t.tum", "0.0 0 0 0 0 0 0 1\n0.1 2 0 0 0 0 0 1\n");
+  std::vector<Pose> T_truth_body;
+  for (const double x : {0.0, 2.0}) {
+    Pose pose = Pose::Identity();
+    pose.linear() << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    pose.translation() = Vec3(5, x, 0);
+    T_truth_body.push_back(pose);
+  }
+  WalkGrid truth = floorTruth(60, 30);  // x from 2.5 to 8.5, y from 0 to 3 of the truth, shown a metre up
+  truth.T_grid_map.translation() = Vec3(-2.5, 0, 1.0);
+  for (WalkSurface& s : truth.surfaces) {
+    s.height = 1.0F;
+  }
+  truth.surfaces[truth.at(40, 20)].standing = Standing::kBlocked;  // (6.55, 2.05) of the truth
+  EXPECT_EQ(writeTruth({}, T_truth_body, scratch / "truth"), "");
+  EXPECT_EQ(writeWalkGrid(truth, scratch / "truth"), "");
+  MapGrid map = floorMap(30, 60);  // x = truth's y, y = 5 - truth's x: from -3.5 to 2.5
+  map.cost[map.at(0, 20, 19)] = kBlocked;
+  writeText(scratch / "grid.layers.json",
+            R"({"format":"hgg-grid","version":1,"origin":[0,-3.5],"resolution":0.1,"width":30,"height":60,"levels":1,
+"reference_z":0,"layers":{"cost":{"dtype":"uint8","file":"c.npy"},"height":{"dtype":"float32","file":"h.npy"}}})");
+  EXPECT_EQ(writeNpy(npyOf(map.cost, {1, 60, 30}), scratch / "c.npy"), "");
+  EXPECT_EQ(writeNpy(npyOf(map.heights, {1, 60, 30}), scratch / "h.npy"), "");
+  EvalOptions options;
+  options.graph = scratch / "g.json", options.truth = scratch / "truth", options.trajectory = scratch / "t.tum";
+  options.grid = scratch / "grid.layers.json";
+  return options;
+}
+
+TEST(Evaluate, AGridIsLaidOverTheTruthByTheTrajectory) {
+  const Scratch scratch;
+  EvalOptions options = turnedWorld(scratch);
+  const auto evaluation = evaluate(options);
+  ASSERT_TRUE(evaluation) << evaluation.error;
+  ASSERT_TRUE(evaluation->grid && evaluation->grid->local);
+  for (const WalkScore& score : {evaluation->grid->whole, *evaluation->grid->local}) {
+    EXPECT_EQ(score.confusion[0][0], 1799U);
+    EXPECT_EQ(score.confusion[1][1], 1U);
+    EXPECT_EQ(score.strict.precision, 1.0);
+    EXPECT_EQ(score.strict.recall, 1.0);
+  }
+  EXPECT_EQ(toJson(*evaluation)["grid"]["local"]["strict"]["recall"], 1.0);
+  EXPECT_NE(formatTable(*evaluation).find("cell for cell"), std::string::npos);
+  options.trajectory.clear();
+  EXPECT_LT(evaluate(options)->grid->whole.strict.recall, 0.5);
+  options.grid = scratch / "none";
+  EXPECT_FALSE(evaluate(options));
+}
+
+TEST(Evaluate, PlansAreAskedForInTheMapsFrameAndScoredAfterwards) {
+  const Scratch scratch;
+  EvalOptions options = turnedWorld(scratch);
+  options.plans = 5, options.plan_requests = scratch / "r.jsonl";
+  ASSERT_TRUE(evaluate(options));
+  const auto requests = readPlanRequests(scratch / "r.jsonl");
+  ASSERT_TRUE(requests) << requests.error;
+  ASSERT_EQ(requests->size(), 5U);
+  std::string answers;
+  for (const PlanRequest& r : *requests) {
+    EXPECT_TRUE(r.from.x() > 0.4 && r.from.x() < 2.6 && r.from.y() > -3.1 && r.from.y() < 2.1) << r.from;
+    const auto text = [](const Vec3& p) {
+      return "[" + std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + "]";
+    };
+    answers += "{\"found\":true,\"path\":[" + text(r.from) + "," + text(r.to) + "]}\n";
+  }
+  options.plans = 0, options.plan_answers = scratch / "a.jsonl";
+  writeText(options.plan_answers, answers);
+  const auto evaluation = evaluate(options);
+  ASSERT_TRUE(evaluation) << evaluation.error;
+  EXPECT_EQ(evaluation->plans->found, 5U);
+  EXPECT_EQ(evaluation->plans->off_ground, 0U);
+  EXPECT_LE(evaluation->plans->worst_ratio, 1.0 + 1e-6);
+  EXPECT_EQ(toJson(*evaluation)["plans"]["share"], 1.0);
+  writeText(options.plan_answers, answers + "{\"found\":false}\n");
+  EXPECT_NE(evaluate(options).error.find("6 answers to 5 requests"), std::string::npos);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // walk_grid.json and the arrays beside it: what is written is read, what is broken is said.
 #include <gtest/gtest.h>
 
-#include "scratch.h"
+#include "tools/scratch.h"
 #include "truth/npy.h"
 #include "truth/walk_grid.h"
 
@@ -45,9 +45,10 @@ TEST(Npy, BrokenFilesAreErrors) {
     std::string text = whole;
     return text.replace(text.find(what), what.size(), by);
   };
-  for (const std::string& text : {std::string(), whole.substr(0, 9), whole.substr(0, 40), whole.substr(0, whole.size() - 1),
-                                  whole + "x", replaced("False", "True "), replaced("<f4", ">f4"), replaced("<f4", "<f8"),
-                                  replaced("(3, )", "(4, )"), replaced("(3, )", "(9999999999999999999999, )")}) {
+  for (const std::string& text :
+       {std::string(), whole.substr(0, 9), whole.substr(0, 40), whole.substr(0, whole.size() - 1), whole + "x",
+        replaced("False", "True "), replaced("<f4", ">f4"), replaced("<f4", "<f8"), replaced("(3, )", "(4, )"),
+        replaced("(3, )", "(9999999999999999999999, )")}) {
     writeText(scratch / "b.npy", text);
     EXPECT_FALSE(readNpy(scratch / "b.npy")) << text;
   }

@@ -1,9 +1,10 @@
 // The truth of where one can walk, against cases that can be worked out by hand.
+#include "sim/walk_truth.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sim/walk_truth.h"
 #include "sim/worlds/grounds.h"
 #include "sim/worlds/outdoor.h"
 
@@ -76,7 +77,7 @@ TEST(WalkTruth, AWallBlocksTheCellsItIsInAndNoOthers) {
   EXPECT_TRUE(at(grid, 2.05, 0.05, 2.0).island);
 }
 
-TEST(WalkTruth, ALowKerbIsWalkedOverAndAHighOneBlocksBothOfItsSides) {
+TEST(WalkTruth, ALowKerbIsWalkedOverAndAHighOneIsBlockedAndSoIsItsEdge) {
   World world = floorWorld();
   addObject(world, objectOf(Indoor::kFloor), {block(-3.0, 1, 0, 2.0, 2.0, 0.12)});
   addObject(world, objectOf(Indoor::kFloor), {block(3.0, 1, 0, 2.0, 2.0, 0.30)});
@@ -90,7 +91,8 @@ TEST(WalkTruth, ALowKerbIsWalkedOverAndAHighOneBlocksBothOfItsSides) {
     EXPECT_FALSE(at(grid, x, 1.05, 0.12).island);
   }
   EXPECT_EQ(standing(grid, 1.85, 1.05, 0.0), Standing::kFree);
-  EXPECT_EQ(standing(grid, 1.95, 1.05, 0.0), Standing::kBlocked);
+  EXPECT_EQ(standing(grid, 1.95, 1.05, 0.0), Standing::kFree);
+  EXPECT_EQ(standing(grid, 2.05, 1.05, 0.0), Standing::kBlocked);
   EXPECT_EQ(standing(grid, 2.05, 1.05, 0.30), Standing::kBlocked);
   EXPECT_EQ(standing(grid, 2.15, 1.05, 0.30), Standing::kFree);
   EXPECT_TRUE(at(grid, 2.15, 1.05, 0.30).island);
@@ -138,14 +140,16 @@ TEST(WalkTruth, AHolesRimIsBlockedAndItsBottomIsAnIsland) {
   const WalkGrid grid = truthOf(world).grid;
   EXPECT_EQ(standing(grid, -1.15, 1.05, 0.0), Standing::kFree);
   EXPECT_EQ(standing(grid, -1.05, 1.05, 0.0), Standing::kBlocked);
-  EXPECT_EQ(standing(grid, -0.95, 1.05, -0.8), Standing::kBlocked);
+  EXPECT_EQ(standing(grid, -0.95, 1.05, -0.8), Standing::kFree);
   EXPECT_EQ(standing(grid, 0.05, 1.05, -0.8), Standing::kFree);
   EXPECT_TRUE(at(grid, 0.05, 1.05, -0.8).island);
 }
 
 TEST(WalkTruth, SlopesAreFreeUpToTheLimit) {
-  for (const auto& [slope_deg, expected] : {std::pair{25.0, Standing::kFree}, {30.0, Standing::kClose},
-                                            {31.9, Standing::kClose}, {40.0, Standing::kBlocked}}) {
+  for (const auto& [slope_deg, expected] : {std::pair{25.0, Standing::kFree},
+                                            {30.0, Standing::kClose},
+                                            {31.9, Standing::kClose},
+                                            {40.0, Standing::kBlocked}}) {
     World world = floorWorld();
     const double rise = 2.0 * std::tan(slope_deg * M_PI / 180.0);
     addObject(world, objectOf(Indoor::kFloor), {rampBox({-1.0, 1, 0}, {1.0, 1, rise}, 2.0)});
@@ -249,6 +253,17 @@ TEST(WalkTruth, ReturnsCountWhereTheySaySomethingOfTheWay) {
   EXPECT_EQ(at(truth.grid, 0.05, -3.05, 0.0).returns, 1U) << "what moves says nothing";
 }
 
+TEST(WalkTruth, ACeilingSeenFromBelowIsNoIsland) {
+  World world = floorWorld();
+  addObject(world, objectOf(Indoor::kCeiling), {block(0, 0, 2.8, 12.0, 8.0, 0.1)});
+  WalkTruth truth = truthOf(world);
+  countReturn(truth, Vec3(0.05, 0.05, 2.8), 1);
+  countReturn(truth, Vec3(0.05, 0.05, 0.0), 0);
+  const WalkGrid grid = finishedGrid(truth);
+  ASSERT_EQ(at(grid, 0.05, 0.05).size(), 1U);
+  EXPECT_EQ(at(grid, 0.05, 0.05)[0].returns, 1U);
+}
+
 TEST(WalkTruth, IslandsNoBeamMetAreLeftOut) {
   World world = floorWorld();
   addObject(world, objectOf(Indoor::kBox), {block(-2.0, 1, 0, 1.0, 1.0, 1.0)});
@@ -274,11 +289,15 @@ TEST(WalkTruth, TheWalkWorldHoldsWhatItIsNamedFor) {
       high_kerb += std::abs(z - 0.30) < 1e-3 && s.island ? 1 : 0;
     }
     const auto column = grid.column(cell);
-    const bool has_plate = column.size() == 2 && column[1].island;
+    const bool has_plate = column.size() > 1 && column[1].island;
     below += has_plate && std::abs(static_cast<double>(column[1].height) - 0.8) < 1e-3 &&
-                     column[0].standing == Standing::kBlocked ? 1 : 0;
+                     column[0].standing == Standing::kBlocked
+                 ? 1
+                 : 0;
     high_enough += has_plate && std::abs(static_cast<double>(column[1].height) - 1.3) < 1e-3 &&
-                           column[0].standing == Standing::kFree ? 1 : 0;
+                           column[0].standing == Standing::kFree
+                       ? 1
+                       : 0;
   }
   EXPECT_NEAR(static_cast<double>(kerb), 256.0, 33.0);
   EXPECT_NEAR(static_cast<double>(high_kerb), 256.0, 33.0);

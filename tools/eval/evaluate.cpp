@@ -408,8 +408,8 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
 Result<Evaluation> evaluate(const EvalOptions& options) {
   Evaluation evaluation;
   evaluation.radius = options.radius;
-  for (auto* step : {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun, scoreGrid,
-                     handlePlans}) {
+  for (auto* step :
+       {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun, scoreGrid, handlePlans}) {
     if (const std::string error = step(options, evaluation); !error.empty()) {
       return Result<Evaluation>::fail(error);
     }

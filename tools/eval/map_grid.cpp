@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "truth/npy.h"
 
@@ -76,20 +77,21 @@ Verdict verdictOf(std::uint8_t cost) {
   return cost <= kWorst ? Verdict::kWalkable : cost == kUnknownCost ? Verdict::kUnknown : Verdict::kBlocked;
 }
 
-Verdict verdictAt(const MapGrid& grid, int x, int y, double z, double reach) {
+Verdict verdictAt(const MapGrid& grid, int x, int y, const HeightRange& range) {
   Verdict found = Verdict::kUnknown;
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) {
     return found;
   }
-  bool is_near = false;
+  std::optional<double> nearest;
   for (int level = 0; level < grid.levels; ++level) {
     const Verdict verdict = verdictOf(grid.cost[grid.at(level, x, y)]);
     const auto height = static_cast<double>(grid.heights[grid.at(level, x, y)]);
+    const double apart = std::abs(height - range.z);
     if (std::isnan(height)) {
-      found = verdict == Verdict::kBlocked && !is_near ? verdict : found;
-    } else if (std::abs(height - z) <= reach && verdict != Verdict::kUnknown) {
-      reach = std::abs(height - z);
-      is_near = true;
+      found = verdict == Verdict::kBlocked && !nearest ? verdict : found;
+    } else if (height >= range.lo && height <= range.hi && apart <= nearest.value_or(apart) &&
+               verdict != Verdict::kUnknown) {
+      nearest = apart;
       found = verdict;
     }
   }

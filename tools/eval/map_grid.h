@@ -33,8 +33,12 @@ struct MapGrid {
 Result<MapGrid> readMapGrid(const std::filesystem::path& layers_json);
 
 Verdict verdictOf(std::uint8_t cost);
-/// What the grid says of the surface at height z of a cell: of the level nearest in height, up to `reach` m away. A
-/// blocked level without a height is at every height, but only where no other is near. Outside: unknown.
-Verdict verdictAt(const MapGrid& grid, int x, int y, double z, double reach);
+/// Heights in which a surface is looked for: the nearest to z wins.
+struct HeightRange {
+  double z = 0, lo = 0, hi = 0;  // m
+};
+/// What the grid says of a surface in a cell: the word of the level nearest in height. A blocked level without a height
+/// is at every height, but only where no other is near. Outside: unknown.
+Verdict verdictAt(const MapGrid& grid, int x, int y, const HeightRange& range);
 
 }  // namespace hgg

@@ -23,9 +23,9 @@ struct PlanAnswer {
 
 struct PlanScore {
   std::size_t asked = 0, found = 0;
-  std::size_t through_blocked = 0;  // paths over at least one truly blocked cell
-  std::size_t off_ground = 0;       // paths with a point where the truth has no surface at that height
-  std::size_t longer = 0;           // paths longer than kLongest times the truth's shortest
+  std::size_t through_blocked = 0;         // paths over at least one truly blocked cell
+  std::size_t off_ground = 0;              // paths with a point where the truth has no surface at that height
+  std::size_t longer = 0;                  // paths longer than kLongest times the truth's shortest
   double mean_ratio = 0, worst_ratio = 0;  // of the lengths; NaN without paths
 };
 inline constexpr double kLongest = 1.1;

@@ -140,8 +140,9 @@ std::string formatGrid(const Evaluation& e) {
     text += format("  %-34s %8zu %8zu %8zu\n", row == 0 ? "free" : "blocked", w.confusion[row][0], w.confusion[row][1],
                    w.confusion[row][2]);
   }
-  text += format("  the map's walkable cells: %zu free, %zu blocked, %zu near a limit, %zu islands, %zu nothing there\n",
-                 w.free, w.blocked, w.close, w.islands, w.nothing);
+  text +=
+      format("  the map's walkable cells: %zu free, %zu blocked, %zu near a limit, %zu islands, %zu nothing there\n",
+             w.free, w.blocked, w.close, w.islands, w.nothing);
   text += format("  %-34s %8s %8s %8s\n", "", "blocked %", "precision", "recall");
   text += formatShares("cell for cell", w.strict) + formatShares("one cell off allowed", w.tolerant);
   return e.grid->local ? text + formatShares("laid by the nearest pose", e.grid->local->strict) +
@@ -288,12 +289,13 @@ json toJson(const WalkScore& w) {
   const auto row = [&](std::size_t i) {
     return json{{"walkable", w.confusion[i][0]}, {"blocked", w.confusion[i][1]}, {"unknown", w.confusion[i][2]}};
   };
-  return {{"free", row(0)},
-          {"blocked", row(1)},
-          {"walkable",
-           {{"free", w.free}, {"blocked", w.blocked}, {"close", w.close}, {"islands", w.islands}, {"nothing", w.nothing}}},
-          {"strict", toJson(w.strict)},
-          {"tolerant", toJson(w.tolerant)}};
+  return {
+      {"free", row(0)},
+      {"blocked", row(1)},
+      {"walkable",
+       {{"free", w.free}, {"blocked", w.blocked}, {"close", w.close}, {"islands", w.islands}, {"nothing", w.nothing}}},
+      {"strict", toJson(w.strict)},
+      {"tolerant", toJson(w.tolerant)}};
 }
 
 json toJson(const GridScore& g) {

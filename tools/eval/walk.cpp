@@ -31,7 +31,8 @@ std::vector<std::uint8_t> nearWay(const WalkGrid& truth, std::span<const Pose> T
         continue;
       }
       const double half = std::sqrt(kNearWay * kNearWay - dy * dy);
-      const int begin = std::max(static_cast<int>(std::ceil((p.x() - half - truth.origin_x) / truth.resolution - 0.5)), 0);
+      const int begin =
+          std::max(static_cast<int>(std::ceil((p.x() - half - truth.origin_x) / truth.resolution - 0.5)), 0);
       const int end = std::min(
           static_cast<int>(std::floor((p.x() + half - truth.origin_x) / truth.resolution - 0.5)) + 1, truth.width);
       for (int x = begin; x < end; ++x) {
@@ -54,10 +55,10 @@ Found foundAt(const WalkGrid& truth, int x, int y, double z) {
     return Found::kNothing;
   }
   const WalkSurface& s = truth.surfaces[*surface];
-  return s.island                             ? Found::kIsland
-         : s.standing == Standing::kFree      ? Found::kFree
-         : s.standing == Standing::kClose     ? Found::kClose
-                                              : Found::kBlocked;
+  return s.island                         ? Found::kIsland
+         : s.standing == Standing::kFree  ? Found::kFree
+         : s.standing == Standing::kClose ? Found::kClose
+                                          : Found::kBlocked;
 }
 
 /// Whether `is_right` holds of any of the 3 x 3 cells around.
@@ -72,6 +73,14 @@ bool anyAround(int x, int y, const std::function<bool(int, int)>& is_right) {
   return false;
 }
 
+/// Where the map may have the k-th surface of a column, relative to its height: no farther than kSameSurface, and not
+/// where another one is nearer, such as the top of the box below which the floor is.
+HeightRange rangeOf(std::span<const WalkSurface> column, std::size_t k) {
+  const auto z = [&](std::size_t i) { return static_cast<double>(column[i].height); };
+  return {0.0, k > 0 ? std::max(-kSameSurface, 0.5 * (z(k - 1) - z(k))) : -kSameSurface,
+          k + 1 < column.size() ? std::min(kSameSurface, 0.5 * (z(k + 1) - z(k))) : kSameSurface};
+}
+
 struct Right {
   std::size_t strict = 0, tolerant = 0;
 };
@@ -83,17 +92,21 @@ void askMap(const MapGrid& map, const WalkGrid& truth, const Laying& laying, std
   const Pose T_truth_grid = truth.T_grid_map.inverse();
   Right walkable, wrong;  // of the free ones; of the blocked ones
   for (std::size_t cell = 0; cell < truth.cells(); ++cell) {
-    for (const WalkSurface& s : truth.column(cell)) {
+    const auto column = truth.column(cell);
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      const WalkSurface& s = column[k];
       if (s.returns == 0 || s.island || s.standing == Standing::kClose) {
         continue;
       }
       const Vec3 p = laying.toMap(T_truth_grid * truth.middle(cell, static_cast<double>(s.height)));
       const int x = static_cast<int>(std::floor((p.x() - map.origin_x) / map.resolution));
       const int y = static_cast<int>(std::floor((p.y() - map.origin_y) / map.resolution));
+      const HeightRange around = rangeOf(column, k);
+      const HeightRange range{p.z(), p.z() + around.lo, p.z() + around.hi};
       const auto says = [&](Verdict verdict) {
-        return [&, verdict](int cx, int cy) { return verdictAt(map, cx, cy, p.z(), kSameSurface) == verdict; };
+        return [&, verdict](int cx, int cy) { return verdictAt(map, cx, cy, range) == verdict; };
       };
-      const Verdict verdict = verdictAt(map, x, y, p.z(), kSameSurface);
+      const Verdict verdict = verdictAt(map, x, y, range);
       const bool is_walkable = verdict == Verdict::kWalkable;
       const bool is_free = s.standing == Standing::kFree;
       ++score.confusion[is_free ? 0 : 1][static_cast<std::size_t>(verdict)];
@@ -130,7 +143,8 @@ void askTruth(const MapGrid& map, const WalkGrid& truth, const Laying& laying, W
     const int ty = static_cast<int>(std::floor((p.y() - truth.origin_y) / truth.resolution));
     const Found found = foundAt(truth, tx, ty, p.z());
     const bool is_wrong = found == Found::kBlocked || found == Found::kNothing;
-    forgiven += is_wrong && anyAround(tx, ty, [&](int cx, int cy) { return foundAt(truth, cx, cy, p.z()) == Found::kFree; });
+    forgiven +=
+        is_wrong && anyAround(tx, ty, [&](int cx, int cy) { return foundAt(truth, cx, cy, p.z()) == Found::kFree; });
     score.free += found == Found::kFree, score.blocked += found == Found::kBlocked;
     score.close += found == Found::kClose, score.islands += found == Found::kIsland;
     score.nothing += found == Found::kNothing;

@@ -85,8 +85,8 @@ std::optional<std::uint32_t> WalkPaths::step(std::uint32_t surface, int dx, int 
   if (x < 0 || y < 0 || x >= grid_.width || y >= grid_.height) {
     return std::nullopt;
   }
-  const auto next = surfaceNear(grid_, grid_.at(x, y), static_cast<double>(grid_.surfaces[surface].height),
-                                grid_.limits.step);
+  const auto next =
+      surfaceNear(grid_, grid_.at(x, y), static_cast<double>(grid_.surfaces[surface].height), grid_.limits.step);
   return next && usable_[*next] != 0 ? std::optional(static_cast<std::uint32_t>(*next)) : std::nullopt;
 }
 
@@ -137,6 +137,9 @@ std::optional<double> WalkPaths::shortest(std::uint32_t from, std::uint32_t to) 
   using Waiting = std::pair<double, std::uint32_t>;  // length of the whole way at best, surface
   std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> frontier;
   std::vector<double> length(usable_.size(), std::numeric_limits<double>::infinity());
+  if (usable_[from] == 0) {
+    return std::nullopt;
+  }
   const auto whole = [&](std::uint32_t s) { return length[s] + (place(s) - place(to)).norm(); };
   length[from] = 0.0;
   frontier.emplace(whole(from), from);

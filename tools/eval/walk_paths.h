@@ -25,8 +25,8 @@ class WalkPaths {
   /// The surfaces (indices into the grid's) of the largest connected part, ascending.
   const std::vector<std::uint32_t>& ground() const { return ground_; }
   Vec3 place(std::uint32_t surface) const;
-  /// Length of the shortest way, m: steps to 16 neighbours, so at most 3 % longer than the straight one. nullopt without a
-  /// way.
+  /// Length of the shortest way, m: steps to 16 neighbours, so at most 3 % longer than the straight one. nullopt
+  /// without a way.
   std::optional<double> shortest(std::uint32_t from, std::uint32_t to) const;
 
  private:
@@ -41,9 +41,9 @@ class WalkPaths {
   std::vector<std::uint32_t> largestPart() const;
 
   const WalkGrid& grid_;
-  std::vector<std::uint32_t> cell_;    // by surface
-  std::vector<std::uint8_t> seen_;     // by surface
-  std::vector<std::uint8_t> usable_;   // by surface
+  std::vector<std::uint32_t> cell_;   // by surface
+  std::vector<std::uint8_t> seen_;    // by surface
+  std::vector<std::uint8_t> usable_;  // by surface
   std::vector<std::uint32_t> ground_;
 };
 

@@ -14,19 +14,18 @@ Scene still(std::uint64_t seed, double /*dynamics*/) {
 }
 
 const std::map<std::string, Maker>& makers() {
-  static const std::map<std::string, Maker> kMakers = {
-      {"yard", &still<makeYard>},
-      {"stairs", &still<makeStairs>},
-      {"ramp", &still<makeRamp>},
-      {"hole", &still<makeHole>},
-      {"bridge", &still<makeBridge>},
-      {"walk", &still<makeWalk>},
-      {"street", &makeStreet},
-      {"campus", &makeCampus},
-      {"apartment", &makeApartment},
-      {"office", &makeOffice},
-      {"hall", &makeHall},
-      {"corridor", &makeCorridor}};
+  static const std::map<std::string, Maker> kMakers = {{"yard", &still<makeYard>},
+                                                       {"stairs", &still<makeStairs>},
+                                                       {"ramp", &still<makeRamp>},
+                                                       {"hole", &still<makeHole>},
+                                                       {"bridge", &still<makeBridge>},
+                                                       {"walk", &still<makeWalk>},
+                                                       {"street", &makeStreet},
+                                                       {"campus", &makeCampus},
+                                                       {"apartment", &makeApartment},
+                                                       {"office", &makeOffice},
+                                                       {"hall", &makeHall},
+                                                       {"corridor", &makeCorridor}};
   return kMakers;
 }
 

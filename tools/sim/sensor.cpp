@@ -126,7 +126,7 @@ double columnTime(const RayGrid& grid, const Exposure& exposure, int column) {
 
 Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const RangeErrors& errors,
              const Trajectory& T_world_body, const Exposure& exposure, const RandomKey& key, int threads) {
-  Scan scan{std::vector<float>(grid.size()), {}, std::vector<std::int32_t>(grid.size(), -1),
+  Scan scan{std::vector<float>(grid.size()), std::vector<std::int32_t>(grid.size(), -1),
             std::vector<std::uint8_t>(grid.size())};
   const int slices = exposure.sweep > 0 ? std::min(kSlices, grid.width) : 1;
   for (int slice = 0; slice < slices; ++slice) {

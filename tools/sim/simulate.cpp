@@ -470,7 +470,8 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
 }
 
 WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int threads) {
-  return {drive.objects, drive.T_map_body,
+  return {drive.objects,
+          drive.T_map_body,
           sampleSurfaces(scene, drive.T_world_body, drive.end_time, {.threads = threads}),
           makeQueries(scene, drive.objects),
           scene.label_space == "indoor" ? kIndoorClassesToml : kSemanticKittiClassesToml,

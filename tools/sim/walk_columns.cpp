@@ -71,7 +71,7 @@ std::optional<Place> topOf(const std::vector<Span>& spans, const Span& span) {
     }
     room = std::min(room, gap);
   }
-  return Place{span.hi, span.slope_deg, room, room, 0.0};
+  return Place{span.hi, span.slope_deg, room, room};
 }
 
 /// Whether the solid is the same everywhere in the cell as in its middle: so that trying one place is enough.
@@ -128,8 +128,8 @@ const Place* nextPlace(const std::vector<Place>& places, double z, double step) 
   const Place *best = nullptr, *nearest = nullptr;
   for (const Place& place : places) {
     const double apart = std::abs(place.z - z);
-    if (apart <= step && (best == nullptr || place.room > best->room ||
-                          (place.room == best->room && apart < std::abs(best->z - z)))) {
+    if (apart <= step &&
+        (best == nullptr || place.room > best->room || (place.room == best->room && apart < std::abs(best->z - z)))) {
       best = &place;
     }
     nearest = nearest == nullptr || apart < std::abs(nearest->z - z) ? &place : nearest;
@@ -140,8 +140,8 @@ const Place* nextPlace(const std::vector<Place>& places, double z, double step) 
 std::vector<Place> placesIn(const World& world, const std::vector<std::size_t>& solids, double x, double y, double side,
                             double step) {
   std::vector<Place> places = placesOn(world, solids, x, y);
-  const bool is_uniform = std::ranges::all_of(
-      solids, [&](std::size_t solid) { return fillsCell(world.solids[solid], x, y, side); });
+  const bool is_uniform =
+      std::ranges::all_of(solids, [&](std::size_t solid) { return fillsCell(world.solids[solid], x, y, side); });
   if (is_uniform) {
     return places;
   }

@@ -14,7 +14,10 @@
 namespace hgg {
 namespace {
 
-constexpr double kOnSurface = 0.1;  // m: a return this near to a surface is one of it
+/// A return this far above or below a surface's height at the cell's middle is one of it, m: what a slope at the limit
+/// makes of half a cell, and above that as much again for what lies on it. No thicker than a ceiling, whose other side
+/// nobody sees.
+constexpr double kOnSurface = 0.1, kBelowSurface = 0.05;
 constexpr std::uint32_t kUnknown = std::numeric_limits<std::uint32_t>::max();
 constexpr std::array<std::pair<int, int>, 8> kAround{
     {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
@@ -73,7 +76,6 @@ struct Columns {
   const WalkGrid& grid;
   std::vector<std::uint32_t> index;        // by cell: into `places`, or kUnknown
   std::vector<std::vector<Place>> places;  // by known cell
-  std::vector<std::vector<std::uint8_t>> ground;
 
   const std::vector<Place>* at(int x, int y) const {
     const bool is_inside = x >= 0 && y >= 0 && x < grid.width && y < grid.height;
@@ -91,6 +93,15 @@ void fillBlock(Columns& columns, const World& world, const std::vector<Bounds>& 
                double step) {
   const WalkGrid& grid = columns.grid;
   const double r = grid.resolution;
+  bool is_known = false;
+  for (int y = y0; y < std::min(y0 + side, grid.height) && !is_known; ++y) {
+    for (int x = x0; x < std::min(x0 + side, grid.width) && !is_known; ++x) {
+      is_known = columns.index[grid.at(x, y)] != kUnknown;
+    }
+  }
+  if (!is_known) {
+    return;
+  }
   const auto near = [&](const auto& from, int x, int y, int cells, std::vector<std::size_t>& found) {
     const double west = grid.origin_x + x * r, south = grid.origin_y + y * r;
     for (const std::size_t solid : from) {
@@ -112,13 +123,14 @@ void fillBlock(Columns& columns, const World& world, const std::vector<Bounds>& 
       }
       of_cell.clear();
       near(here, x, y, 1, of_cell);
-      columns.places[i] = placesIn(world, of_cell, grid.origin_x + (x + 0.5) * r, grid.origin_y + (y + 0.5) * r, r, step);
+      columns.places[i] =
+          placesIn(world, of_cell, grid.origin_x + (x + 0.5) * r, grid.origin_y + (y + 0.5) * r, r, step);
     }
   }
 }
 
 Columns makeColumns(const WalkGrid& grid, const World& world, double step, int threads) {
-  Columns columns{grid, std::vector<std::uint32_t>(grid.cells(), kUnknown), {}, {}};
+  Columns columns{grid, std::vector<std::uint32_t>(grid.cells(), kUnknown), {}};
   std::uint32_t known = 0;
   for (std::size_t cell = 0; cell < grid.cells(); ++cell) {
     columns.index[cell] = grid.known[cell] != 0 ? known++ : kUnknown;
@@ -133,13 +145,11 @@ Columns makeColumns(const WalkGrid& grid, const World& world, double step, int t
   parallelFor(across * along, threads, [&](int block) {
     fillBlock(columns, world, bounds, kBlock * (block % across), kBlock * (block / across), kBlock, step);
   });
-  for (const auto& places : columns.places) {
-    columns.ground.emplace_back(places.size(), 0);
-  }
   return columns;
 }
 
-/// Steps to the middles of the cells around. The margin lets steps be measured that are a little too high.
+/// How far down it goes to the middles of the cells around. At the foot of a step that is too high one can stand, as at
+/// the foot of a wall; it is the edge above that is blocked. `step` lets steps be measured that are a little too high.
 void measureSteps(Columns& columns, double step) {
   for (int y = 0; y < columns.grid.height; ++y) {
     for (int x = 0; x < columns.grid.width; ++x) {
@@ -149,10 +159,12 @@ void measureSteps(Columns& columns, double step) {
       }
       for (const auto& [dx, dy] : kAround) {
         const auto* beside = columns.at(x + dx, y + dy);
-        for (Place& place : columns.places[i]) {
-          const Place* next = beside != nullptr ? nextPlace(*beside, place.z, step) : nullptr;
-          const double height = next != nullptr ? std::abs(next->z - place.z) : kVoid;
-          place.step = beside != nullptr ? std::max(place.step, height) : place.step;
+        for (std::size_t k = 0; beside != nullptr && k < columns.places[i].size(); ++k) {
+          Place& place = columns.places[i][k];
+          const Place* next = nextPlace(*beside, place.z, step);
+          const double height = next == nullptr ? kVoid : std::abs(next->z - place.z);
+          const bool is_foot = next != nullptr && next->z > place.z + step;
+          place.step = is_foot ? place.step : std::max(place.step, height);
         }
       }
     }
@@ -168,9 +180,9 @@ void markGround(Columns& columns, const std::vector<Pose>& T_world_body, double 
   std::queue<Node> frontier;
   const WalkGrid& grid = columns.grid;
   const auto reach = [&](int x, int y, std::size_t place) {
-    std::uint8_t& ground = columns.ground[columns.index[grid.at(x, y)]][place];
-    if (ground == 0) {
-      ground = 1;
+    Place& there = columns.places[columns.index[grid.at(x, y)]][place];
+    if (!there.is_ground) {
+      there.is_ground = true;
       frontier.push({x, y, place});
     }
   };
@@ -209,14 +221,13 @@ Standing standingOf(const Place& place, const WalkLimits& limits) {
 }
 
 /// How high a return may lie to count for the place: on free ground at it, else up to the top of what stands on it.
-double countsTo(const std::vector<Place>& places, const std::vector<std::uint8_t>& ground, std::size_t k,
-                Standing standing, double body_height) {
+double countsTo(const std::vector<Place>& places, std::size_t k, Standing standing, double body_height) {
   const Place& place = places[k];
   if (standing == Standing::kFree) {
     return place.z + kOnSurface;
   }
   for (std::size_t above = k + 1; above < places.size() && places[k].room < body_height; ++above) {
-    if (ground[above] != 0) {
+    if (places[above].is_ground) {
       return place.z + std::max(place.room - kOnSurface, 0.0);  // what is on the upper ground is the upper ground's
     }
     if (places[above].room >= body_height) {
@@ -227,9 +238,9 @@ double countsTo(const std::vector<Place>& places, const std::vector<std::uint8_t
 }
 
 /// What is inside something one can walk on, such as the floor inside a flight of stairs, is no place.
-bool isInsideGround(const std::vector<Place>& places, const std::vector<std::uint8_t>& ground, std::size_t k) {
+bool isInsideGround(const std::vector<Place>& places, std::size_t k) {
   constexpr double kCovered = 0.02;  // m
-  return places[k].room < kCovered && k + 1 < places.size() && ground[k + 1] != 0;
+  return places[k].room < kCovered && k + 1 < places.size() && places[k + 1].is_ground;
 }
 
 void store(WalkTruth& truth, const Columns& columns) {
@@ -238,15 +249,13 @@ void store(WalkTruth& truth, const Columns& columns) {
   for (std::size_t cell = 0; cell < grid.cells(); ++cell) {
     const std::uint32_t i = columns.index[cell];
     for (std::size_t k = 0; i != kUnknown && k < columns.places[i].size(); ++k) {
-      const auto &places = columns.places[i];
-      const auto &ground = columns.ground[i];
-      if (isInsideGround(places, ground, k)) {
+      const std::vector<Place>& places = columns.places[i];
+      if (isInsideGround(places, k)) {
         continue;
       }
       const Standing standing = standingOf(places[k], grid.limits);
-      grid.surfaces.push_back({static_cast<float>(places[k].z), standing, ground[k] == 0, 0});
-      truth.counts_to.push_back(
-          static_cast<float>(countsTo(places, ground, k, standing, grid.limits.body_height)));
+      grid.surfaces.push_back({static_cast<float>(places[k].z), standing, !places[k].is_ground, 0});
+      truth.counts_to.push_back(static_cast<float>(countsTo(places, k, standing, grid.limits.body_height)));
     }
     grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
   }
@@ -278,7 +287,7 @@ void countReturn(WalkTruth& truth, const Vec3& p_world, std::size_t object) {
   }
   for (std::size_t i = truth.grid.first[*cell]; i < truth.grid.first[*cell + 1]; ++i) {
     WalkSurface& surface = truth.grid.surfaces[i];
-    const bool counts = p_world.z() >= static_cast<double>(surface.height) - kOnSurface &&
+    const bool counts = p_world.z() >= static_cast<double>(surface.height) - kBelowSurface &&
                         p_world.z() <= static_cast<double>(truth.counts_to[i]);
     surface.returns += counts ? 1 : 0;
   }

@@ -31,19 +31,18 @@ json describe(const WalkGrid& grid) {
   for (const char* layer : kLayers) {
     layers[layer] = fileOf(layer);
   }
-  return {{"format", "hgg-walk-grid"},
-          {"version", 1},
-          {"T_grid_map", rows},
-          {"origin", {grid.origin_x, grid.origin_y}},
-          {"resolution", grid.resolution},
-          {"width", grid.width},
-          {"height", grid.height},
-          {"reach", grid.reach},
-          {"limits",
-           {{"step", grid.limits.step},
-            {"slope_deg", grid.limits.slope_deg},
-            {"body_height", grid.limits.body_height}}},
-          {"layers", layers}};
+  return {
+      {"format", "hgg-walk-grid"},
+      {"version", 1},
+      {"T_grid_map", rows},
+      {"origin", {grid.origin_x, grid.origin_y}},
+      {"resolution", grid.resolution},
+      {"width", grid.width},
+      {"height", grid.height},
+      {"reach", grid.reach},
+      {"limits",
+       {{"step", grid.limits.step}, {"slope_deg", grid.limits.slope_deg}, {"body_height", grid.limits.body_height}}},
+      {"layers", layers}};
 }
 
 Result<WalkGrid> parseHeader(const json& header) {
@@ -107,8 +106,8 @@ void fill(WalkGrid& grid, Lists&& lists) {
     grid.first[i] += grid.first[i - 1];
   }
   for (std::size_t i = 0; i < lists.cell.size(); ++i) {
-    grid.surfaces.push_back({lists.height[i], static_cast<Standing>(lists.standing[i]), lists.island[i] != 0,
-                             lists.returns[i]});
+    grid.surfaces.push_back(
+        {lists.height[i], static_cast<Standing>(lists.standing[i]), lists.island[i] != 0, lists.returns[i]});
   }
 }
 

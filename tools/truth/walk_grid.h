@@ -12,7 +12,7 @@ namespace hgg {
 
 /// What the robot can do.
 struct WalkLimits {
-  double step = 0.20;         // m, from one cell to the next, up or down
+  double step = 0.20;         // m, up or down
   double slope_deg = 30.0;    // of the surface
   double body_height = 0.70;  // m, that have to be free above the surface
 };
@@ -27,7 +27,7 @@ struct LimitMargins {
 
 enum class Standing : std::uint8_t {
   kFree = 0,
-  kBlocked = 1,  // too steep, too high a step to a neighbour, no ground beside it, or too little room above
+  kBlocked = 1,  // too steep, too deep a step down beside it, no ground there, or something in the cell
   kClose = 2     // nearer to a limit than the margins: it counts neither way
 };
 
@@ -50,8 +50,8 @@ struct WalkGrid {
   int width = 0, height = 0;           // cells along x and y
   double reach = 0;                    // m from the way up to which cells are filled
   WalkLimits limits;
-  std::vector<std::uint8_t> known;     // by cell: near the way; a known cell without surfaces is a void
-  std::vector<std::uint32_t> first;    // by cell, and the end: its surfaces, lowest first
+  std::vector<std::uint8_t> known;   // by cell: near the way; a known cell without surfaces is a void
+  std::vector<std::uint32_t> first;  // by cell, and the end: its surfaces, lowest first
   std::vector<WalkSurface> surfaces;
 
   std::size_t cells() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(height); }

@@ -24,7 +24,8 @@ Scene makeHallScene(const Hall& hall, const std::vector<Vec2>& corners, const st
   scene.T_world_body = bodyAlong(travel, ground, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});
   scene.duration = kLaps * travel.lapTime();
   Dice dice(seed, 9);
-  Stage stage(scene, [](const Vec2& /*p*/) { return 0.0; }, travel.lapTime());
+  Stage stage(
+      scene, [](const Vec2& /*p*/) { return 0.0; }, travel.lapTime());
   stage.layout().keepOff(travel.way().points(), kBodyClearance);
   for (const Footprint& footprint : grounds) {
     stage.layout().claim(footprint);

@@ -70,9 +70,7 @@ Scene makeRamp(std::uint64_t seed) {
   const Ridge ridges[] = {{10.0, 10.0, 12.0}, {10.0, 3.0, 25.0}, {10.0, 6.5, 40.0}};
   const std::vector<Vec2> corners{{3.5, 3.0}, {18.0, 3.0}, {18.0, 10.0}, {1.8, 10.0}, {1.8, 3.0}};
   const auto height = [&ridges](const Ridge& ridge) {
-    return [ridge](double x) {
-      return ramp(-std::abs(x - ridge.x), -kHalfTop - ridge.run(), -kHalfTop, kHeight);
-    };
+    return [ridge](double x) { return ramp(-std::abs(x - ridge.x), -kHalfTop - ridge.run(), -kHalfTop, kHeight); };
   };
   const auto south = alongStrip(corners, ridges[1].y, 0.5 * kWidth, height(ridges[1]));
   const auto north = alongStrip(corners, ridges[0].y, 0.5 * kWidth, height(ridges[0]));
@@ -80,13 +78,14 @@ Scene makeRamp(std::uint64_t seed) {
   for (const Ridge& r : ridges) {
     taken.push_back({{r.x, r.y}, {kHalfTop + r.run(), 0.5 * kWidth}, 0.0});
   }
-  Scene scene = makeHallScene(hall, corners, [=](double s) { return std::max(south(s), north(s)); }, taken, seed);
+  Scene scene = makeHallScene(
+      hall, corners, [=](double s) { return std::max(south(s), north(s)); }, taken, seed);
   addFlatFloor(scene, hall);
   for (const Ridge& r : ridges) {
     Shapes shapes{block(r.x, r.y, 0.0, 2.0 * kHalfTop, kWidth, kHeight)};
     for (const double side : {-1.0, 1.0}) {
-      shapes.push_back(rampBox({r.x + side * (kHalfTop + r.run()), r.y, 0.0}, {r.x + side * kHalfTop, r.y, kHeight},
-                               kWidth));
+      shapes.push_back(
+          rampBox({r.x + side * (kHalfTop + r.run()), r.y, 0.0}, {r.x + side * kHalfTop, r.y, kHeight}, kWidth));
     }
     addObject(scene.world, objectOf(Indoor::kFloor), shapes);
   }

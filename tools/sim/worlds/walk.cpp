@@ -41,7 +41,8 @@ Scene makeWalk(std::uint64_t seed) {
   constexpr double kSouth = 2.2, kNorth = 9.8, kField = 6.0;  // y, of the way's sides and between them
   const std::vector<Vec2> corners{{11.0, kSouth}, {20.0, kSouth}, {20.0, kNorth}, {2.0, kNorth}, {2.0, kSouth}};
   const Footprint field{{11.0, kField}, {7.5, 2.6}, 0.0};
-  Scene scene = makeHallScene(hall, corners, [](double /*s*/) { return 0.0; }, {field}, seed);
+  Scene scene = makeHallScene(
+      hall, corners, [](double /*s*/) { return 0.0; }, {field}, seed);
   World& world = scene.world;
   Dice dice(seed, 10);
   const auto about = [&](double x) { return x + dice.between(-0.2, 0.2); };
@@ -55,7 +56,7 @@ Scene makeWalk(std::uint64_t seed) {
   put(Indoor::kTable, lowTableShapes(), 8.0, 7.0, 0.0);
   put(Indoor::kChair, chairShapes(dice), 7.6, 4.9, dice.between(0.0, 6.0));
   put(Indoor::kChair, chairShapes(dice), 8.9, 4.5, dice.between(0.0, 6.0));
-  put(Indoor::kSign, {block(0, 0, 0.5, 1.0, 1.0, 0.3)}, 15.6, 7.2, 0.0);   // hangs too low
+  put(Indoor::kSign, {block(0, 0, 0.5, 1.0, 1.0, 0.3)}, 15.6, 7.2, 0.0);     // hangs too low
   put(Indoor::kPicture, {block(0, 0, 1.0, 1.0, 1.0, 0.3)}, 15.6, 4.8, 0.0);  // high enough
   for (const double x : {17.2, 17.9}) {
     put(Indoor::kPillar, {Cylinder{Vec3::Zero(), 0.5 * kPole, 1.5}}, x, 6.0, 0.0);
