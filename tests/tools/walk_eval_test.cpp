@@ -294,6 +294,7 @@ EvalOptions turnedWorld(const Scratch& scratch) {
   for (WalkSurface& s : truth.surfaces) {
     s.height = 1.0F;
   }
+  truth.surfaces[truth.at(40, 20)].cause = kCauseEdge;
   truth.surfaces[truth.at(40, 20)].standing = Standing::kBlocked;  // (6.55, 2.05) of the truth
   EXPECT_EQ(writeTruth({}, T_truth_body, scratch / "truth"), "");
   EXPECT_EQ(writeWalkGrid(truth, scratch / "truth"), "");
@@ -322,7 +323,9 @@ TEST(Evaluate, AGridIsLaidOverTheTruthByTheTrajectory) {
     EXPECT_EQ(score.strict.precision, 1.0);
     EXPECT_EQ(score.strict.recall, 1.0);
   }
-  EXPECT_EQ(toJson(*evaluation)["grid"]["local"]["strict"]["recall"], 1.0);
+  const auto json = toJson(*evaluation)["grid"];
+  EXPECT_EQ(json["local"]["strict"]["recall"], 1.0);
+  EXPECT_EQ(json["causes"].dump(), R"([{"cells":1,"name":"an edge","walkable":0}])");
   EXPECT_NE(formatTable(*evaluation).find("cell for cell"), std::string::npos);
   options.trajectory.clear();
   EXPECT_LT(evaluate(options)->grid->whole.strict.recall, 0.5);

@@ -16,7 +16,7 @@ WalkGrid smallGrid() {
   grid.known = {1, 1, 0, 1, 1, 1};
   grid.first = {0, 1, 3, 3, 3, 4, 4};
   grid.surfaces = {{0.25F, Standing::kFree, false, 7},
-                   {0.0F, Standing::kBlocked, false, 100'000},
+                   {0.0F, Standing::kBlocked, false, 100'000, 11},
                    {0.74F, Standing::kFree, true, 1},
                    {-0.5F, Standing::kClose, false, 0}};
   return grid;
@@ -72,6 +72,7 @@ TEST(WalkGridFiles, WhatIsWrittenIsRead) {
     EXPECT_EQ(read->surfaces[i].height, grid.surfaces[i].height);
     EXPECT_EQ(read->surfaces[i].standing, grid.surfaces[i].standing);
     EXPECT_EQ(read->surfaces[i].island, grid.surfaces[i].island);
+    EXPECT_EQ(read->surfaces[i].cause, grid.surfaces[i].cause);
     EXPECT_EQ(read->surfaces[i].returns, std::min(grid.surfaces[i].returns, 65535U));
   }
   EXPECT_EQ(read->cellOf(-1.45, 2.65), 3U);

@@ -198,6 +198,23 @@ TEST(WalkTruth, FoliageIsInTheWayAndCarriesNobody) {
   EXPECT_EQ(at(grid, 0.05, 1.05)[0].standing, Standing::kBlocked);
 }
 
+TEST(WalkTruth, WhatBlocksIsNamed) {
+  World world;
+  addBlocks(world, objectOf(Indoor::kFloor), {-6.0, 3.0, 6.0}, {-4.0, 4.0},
+            [](const Vec2& p) { return p.x() > 3.0 ? -0.8 : 0.0; });
+  addObject(world, objectOf(Indoor::kTable), {block(-3.0, 1, 0.46, 1.0, 1.0, 0.04)});
+  addObject(world, objectOf(Indoor::kPillar), {Cylinder{Vec3(-1.02, 1.02, 0), 0.025, 2.0}});
+  addObject(world, objectOf(Indoor::kFloor), {rampBox({0.0, 1, 0}, {1.0, 1, 1.0}, 1.0)});
+  const WalkGrid grid = truthOf(world).grid;
+  const auto cause = [&](double x, double z) { return at(grid, x, 1.05, z).cause; };
+  EXPECT_EQ(cause(-3.05, 0.0), static_cast<ClassId>(Indoor::kTable));
+  EXPECT_EQ(cause(-3.05, 0.5), 0);
+  EXPECT_EQ(cause(-1.05, 0.0), static_cast<ClassId>(Indoor::kPillar));
+  EXPECT_EQ(cause(0.55, 0.55), kCauseSlope);
+  EXPECT_EQ(cause(2.95, 0.0), kCauseEdge);
+  EXPECT_EQ(cause(2.05, 0.0), 0);
+}
+
 TEST(WalkTruth, WhatMovesIsNotThere) {
   Scene scene = sceneOf(floorWorld());
   for (const double x : {-2.0, 2.0}) {

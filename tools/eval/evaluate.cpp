@@ -324,6 +324,19 @@ std::string scoreLoopsOfRun(const EvalOptions& options, Evaluation& evaluation) 
   return "";
 }
 
+/// Names by the truth's classes.toml where it has one.
+std::map<ClassId, std::string> namesOf(const WalkScore& score, const std::filesystem::path& truth) {
+  const auto table = ClassTable::load((truth / "classes.toml").string());
+  std::map<ClassId, std::string> names;
+  for (const auto& [cause, cells] : score.causes) {
+    names[cause] = cause == kCauseEdge    ? "an edge"
+                   : cause == kCauseSlope ? "a slope"
+                   : table                ? table->name(cause)
+                                          : "class " + std::to_string(cause);
+  }
+  return names;
+}
+
 Laying layingOf(const Evaluation& evaluation) {
   return Laying(evaluation.trajectory ? evaluation.trajectory->T_truth_map : Pose::Identity());
 }
@@ -339,7 +352,8 @@ std::string scoreGrid(const EvalOptions& options, Evaluation& evaluation) {
   if (!map || !truth || !poses) {
     return !map ? map.error : !truth ? truth.error : poses.error;
   }
-  evaluation.grid = GridScore{scoreWalk(*map, *truth, layingOf(evaluation), *poses), std::nullopt};
+  evaluation.grid = GridScore{scoreWalk(*map, *truth, layingOf(evaluation), *poses), std::nullopt, {}};
+  evaluation.grid->names = namesOf(evaluation.grid->whole, options.truth);
   if (evaluation.scenery.corrected) {
     evaluation.grid->local = scoreWalk(*map, *truth, Laying(evaluation.scenery.corrected->pairs), *poses);
   }

@@ -51,8 +51,9 @@ struct TrajectoryScore {
 
 /// The grid of where one can walk, beside the truth's.
 struct GridScore {
-  WalkScore whole;                 // the map laid over the truth by one transform
-  std::optional<WalkScore> local;  // every place by the nearest pose; needs the trajectory
+  WalkScore whole;                       // the map laid over the truth by one transform
+  std::optional<WalkScore> local;        // every place by the nearest pose; needs the trajectory
+  std::map<ClassId, std::string> names;  // of the causes in `whole`
 };
 
 /// One pose sequence beside the truth: what a picture needs.

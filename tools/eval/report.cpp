@@ -143,6 +143,10 @@ std::string formatGrid(const Evaluation& e) {
   text +=
       format("  the map's walkable cells: %zu free, %zu blocked, %zu near a limit, %zu islands, %zu nothing there\n",
              w.free, w.blocked, w.close, w.islands, w.nothing);
+  for (const auto& [cause, cells] : w.causes) {
+    text += format("  blocked by %-23s %8zu of %zu called walkable\n", e.grid->names.at(cause).c_str(), cells.walkable,
+                   cells.cells);
+  }
   text += format("  %-34s %8s %8s %8s\n", "", "blocked %", "precision", "recall");
   text += formatShares("cell for cell", w.strict) + formatShares("one cell off allowed", w.tolerant);
   return e.grid->local ? text + formatShares("laid by the nearest pose", e.grid->local->strict) +
@@ -301,6 +305,10 @@ json toJson(const WalkScore& w) {
 json toJson(const GridScore& g) {
   json score = toJson(g.whole);
   score["local"] = g.local ? toJson(*g.local) : json();
+  score["causes"] = json::array();
+  for (const auto& [cause, cells] : g.whole.causes) {
+    score["causes"].push_back({{"name", g.names.at(cause)}, {"cells", cells.cells}, {"walkable", cells.walkable}});
+  }
   return score;
 }
 

@@ -117,6 +117,8 @@ void askMap(const MapGrid& map, const WalkGrid& truth, const Laying& laying, std
       } else if (!is_free) {
         ++score.blocked_touched;
         wrong.strict += is_walkable ? 1 : 0;
+        ++score.causes[s.cause].cells;
+        score.causes[s.cause].walkable += is_walkable ? 1 : 0;
         wrong.tolerant += is_walkable && !anyAround(x, y, says(Verdict::kBlocked)) ? 1 : 0;
       }
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <span>
 #include <vector>
 
@@ -40,8 +41,13 @@ struct WalkScore {
   /// surface at their height. Precision: free of (free + blocked + nothing there).
   std::size_t free = 0, blocked = 0, close = 0, islands = 0, nothing = 0;
   std::size_t free_near = 0, blocked_touched = 0;  // truly free within kNearWay, truly blocked
-  WalkShares strict;                               // cell for cell
-  WalkShares tolerant;                             // right when any of the 3 x 3 cells around is
+  /// Truly blocked cells by what blocks them (WalkSurface::cause), and those of them that the map calls walkable.
+  struct Cause {
+    std::size_t cells = 0, walkable = 0;
+  };
+  std::map<ClassId, Cause> causes;
+  WalkShares strict;    // cell for cell
+  WalkShares tolerant;  // right when any of the 3 x 3 cells around is
 };
 
 inline constexpr double kNearWay = 12.0;     // m, how far from the way free ground is asked for

@@ -18,6 +18,7 @@ struct Span {
   double lo, hi;
   double slope_deg;  // of its upper end
   std::size_t object;
+  ClassId label;
   bool is_sheet, is_foliage;
 };
 
@@ -34,9 +35,11 @@ std::optional<double> heightOf(const Plane& plane, double x, double y) {
 std::optional<Span> spanOf(const World& world, const Solid& solid, double x, double y) {
   constexpr double kOutside = 1.0;  // m above and below the shape
   const bool is_foliage = world.objects[solid.object].foliage;
+  const ClassId label = world.objects[solid.object].label;
   if (const auto* plane = std::get_if<Plane>(&solid.shape)) {
     const auto z = heightOf(*plane, x, y);
-    return z ? std::optional(Span{*z, *z, slopeOf(plane->normal), solid.object, true, is_foliage}) : std::nullopt;
+    return z ? std::optional(Span{*z, *z, slopeOf(plane->normal), solid.object, label, true, is_foliage})
+             : std::nullopt;
   }
   const Bounds bounds = boundsOf(solid.shape);
   if (x < bounds.lo.x() || x > bounds.hi.x() || y < bounds.lo.y() || y > bounds.hi.y()) {
@@ -54,6 +57,7 @@ std::optional<Span> spanOf(const World& world, const Solid& solid, double x, dou
               down.origin.z() - *from_above,
               slopeOf(facingNormal(solid.shape, down, *from_above)),
               solid.object,
+              label,
               std::holds_alternative<Triangle>(solid.shape),
               is_foliage};
 }
@@ -61,6 +65,7 @@ std::optional<Span> spanOf(const World& world, const Solid& solid, double x, dou
 /// The top of a span as a place; nullopt when it lies inside its own object.
 std::optional<Place> topOf(const std::vector<Span>& spans, const Span& span) {
   double room = kVoid;
+  const Span* above = nullptr;
   for (const Span& other : spans) {
     if (&other == &span || other.hi <= span.hi + kSame) {
       continue;
@@ -69,9 +74,11 @@ std::optional<Place> topOf(const std::vector<Span>& spans, const Span& span) {
     if (gap <= kSame && other.object == span.object && !span.is_sheet) {
       return std::nullopt;
     }
+    above = above == nullptr || gap < room ? &other : above;
     room = std::min(room, gap);
   }
-  return Place{span.hi, span.slope_deg, room, room};
+  const ClassId label = above != nullptr ? above->label : ClassId{0};
+  return Place{span.hi, span.slope_deg, room, room, label, label};
 }
 
 /// Whether the solid is the same everywhere in the cell as in its middle: so that trying one place is enough.
@@ -96,9 +103,12 @@ bool fillsCell(const Solid& solid, double x, double y, double side) {
 void heed(std::vector<Place>& places, const std::vector<Place>& beside, double step) {
   for (Place& place : places) {
     const Place* next = nextPlace(beside, place.z, step);
-    place.step = std::max(place.step, next != nullptr ? std::abs(next->z - place.z) : kVoid);
-    place.least_room = next != nullptr && std::abs(next->z - place.z) <= step ? std::min(place.least_room, next->room)
-                                                                              : place.least_room;
+    const double height = next != nullptr ? std::abs(next->z - place.z) : kVoid;
+    place.step = std::max(place.step, height);
+    if (height <= step && next->room < place.least_room) {
+      place.least_room = next->room;
+      place.in_the_way = next->above;
+    }
   }
 }
 

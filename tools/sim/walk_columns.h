@@ -14,6 +14,8 @@ struct Place {
   double slope_deg = 0;
   double room = 0;         // m, free above it on the line; 0: something stands on it
   double least_room = 0;   // m, the same anywhere in the cell
+  ClassId above = 0;       // the class of what ends `room`
+  ClassId in_the_way = 0;  // of what ends `least_room`
   double step = 0;         // m, the largest in the cell and down to what is around it; infinite beside a void
   bool is_ground = false;  // steps lead to it from where the robot went, whatever stands on the way
 };

@@ -220,6 +220,13 @@ Standing standingOf(const Place& place, const WalkLimits& limits) {
   return within(-1.0) ? Standing::kFree : within(1.0) ? Standing::kClose : Standing::kBlocked;
 }
 
+ClassId causeOf(const Place& place, const WalkLimits& limits) {
+  constexpr LimitMargins kMargins;
+  return place.least_room < limits.body_height - kMargins.body_height ? place.in_the_way
+         : place.step > limits.step + kMargins.step                   ? kCauseEdge
+                                                                      : kCauseSlope;
+}
+
 /// How high a return may lie to count for the place: on free ground at it, else up to the top of what stands on it.
 double countsTo(const std::vector<Place>& places, std::size_t k, Standing standing, double body_height) {
   const Place& place = places[k];
@@ -254,7 +261,8 @@ void store(WalkTruth& truth, const Columns& columns) {
         continue;
       }
       const Standing standing = standingOf(places[k], grid.limits);
-      grid.surfaces.push_back({static_cast<float>(places[k].z), standing, !places[k].is_ground, 0});
+      grid.surfaces.push_back({static_cast<float>(places[k].z), standing, !places[k].is_ground, 0,
+                               standing == Standing::kBlocked ? causeOf(places[k], grid.limits) : ClassId{0}});
       truth.counts_to.push_back(static_cast<float>(countsTo(places, k, standing, grid.limits.body_height)));
     }
     grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));

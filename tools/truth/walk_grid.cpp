@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kName = "walk_grid";
-constexpr const char* kLayers[] = {"known", "cell", "height", "standing", "island", "returns"};
+constexpr const char* kLayers[] = {"known", "cell", "height", "standing", "island", "returns", "cause"};
 constexpr int kMaxSide = 100'000;  // cells: 10 km; more is a broken file
 
 std::string fileOf(const std::string& layer) { return std::string(kName) + "." + layer + ".npy"; }
@@ -84,15 +84,15 @@ struct Lists {
   std::vector<std::uint32_t> cell;
   std::vector<float> height;
   std::vector<std::uint8_t> standing, island;
-  std::vector<std::uint16_t> returns;
+  std::vector<std::uint16_t> returns, cause;
 };
 
 /// Cells ascend, and everything is as long as it has to be.
 bool isConsistent(const Lists& lists, std::size_t cells) {
   const std::size_t n = lists.cell.size();
   return lists.known.size() == cells && lists.height.size() == n && lists.standing.size() == n &&
-         lists.island.size() == n && lists.returns.size() == n && std::ranges::is_sorted(lists.cell) &&
-         (n == 0 || lists.cell.back() < cells) &&
+         lists.island.size() == n && lists.returns.size() == n && lists.cause.size() == n &&
+         std::ranges::is_sorted(lists.cell) && (n == 0 || lists.cell.back() < cells) &&
          std::ranges::all_of(lists.standing, [](std::uint8_t s) { return s <= std::uint8_t(Standing::kClose); });
 }
 
@@ -106,8 +106,8 @@ void fill(WalkGrid& grid, Lists&& lists) {
     grid.first[i] += grid.first[i - 1];
   }
   for (std::size_t i = 0; i < lists.cell.size(); ++i) {
-    grid.surfaces.push_back(
-        {lists.height[i], static_cast<Standing>(lists.standing[i]), lists.island[i] != 0, lists.returns[i]});
+    grid.surfaces.push_back({lists.height[i], static_cast<Standing>(lists.standing[i]), lists.island[i] != 0,
+                             lists.returns[i], lists.cause[i]});
   }
 }
 
@@ -122,6 +122,7 @@ Lists listsOf(const WalkGrid& grid) {
       lists.standing.push_back(static_cast<std::uint8_t>(surface.standing));
       lists.island.push_back(surface.island ? 1 : 0);
       lists.returns.push_back(static_cast<std::uint16_t>(std::min(surface.returns, kMost)));
+      lists.cause.push_back(surface.cause);
     }
   }
   return lists;
@@ -137,8 +138,9 @@ std::optional<std::size_t> WalkGrid::cellOf(double x, double y) const {
 
 Vec3 WalkGrid::middle(std::size_t cell, double z) const {
   const auto side = static_cast<std::size_t>(width);
-  return {origin_x + (static_cast<double>(cell % side) + 0.5) * resolution,
-          origin_y + (static_cast<double>(cell / side) + 0.5) * resolution, z};
+  const std::size_t row = cell / side, column = cell % side;
+  return {origin_x + (static_cast<double>(column) + 0.5) * resolution,
+          origin_y + (static_cast<double>(row) + 0.5) * resolution, z};
 }
 
 std::optional<std::size_t> surfaceNear(const WalkGrid& grid, std::size_t cell, double z, double reach) {
@@ -173,6 +175,7 @@ std::string writeWalkGrid(const WalkGrid& grid, const std::filesystem::path& dir
   };
   write("known", lists.known), write("cell", lists.cell), write("height", lists.height);
   write("standing", lists.standing), write("island", lists.island), write("returns", lists.returns);
+  write("cause", lists.cause);
   return error;
 }
 
@@ -195,6 +198,7 @@ Result<WalkGrid> readWalkGrid(const std::filesystem::path& dir) {
     error = error.empty() ? readLayer(dir, "standing", lists.standing) : error;
     error = error.empty() ? readLayer(dir, "island", lists.island) : error;
     error = error.empty() ? readLayer(dir, "returns", lists.returns) : error;
+    error = error.empty() ? readLayer(dir, "cause", lists.cause) : error;
     if (error.empty() && !isConsistent(lists, grid->cells())) {
       error = path.string() + ": its layers do not fit each other";
     }

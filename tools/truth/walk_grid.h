@@ -39,7 +39,10 @@ struct WalkSurface {
   /// tops and car roofs are islands; the floor below a car is not, it is blocked ground.
   bool island = false;
   std::uint32_t returns = 0;  // beams that came back from it, or from what blocks it
+  ClassId cause = 0;          // of what is blocked: the class of what takes the room, or one of those below; else 0
 };
+inline constexpr ClassId kCauseEdge = 65535;   // it drops, or there is no ground beside it
+inline constexpr ClassId kCauseSlope = 65534;  // it is too steep
 
 /// Where one can walk in a world, seen from above: square cells, each with the surfaces one above the other. Only cells
 /// near the way have any. Nothing is grown by the robot's size.
@@ -69,8 +72,8 @@ struct WalkGrid {
 /// The surface of the cell nearest in height, up to `reach` m away; nullopt when there is none.
 std::optional<std::size_t> surfaceNear(const WalkGrid& grid, std::size_t cell, double z, double reach);
 
-/// walk_grid.json and walk_grid.{known,cell,height,standing,island,returns}.npy (docs/simulator.md). Returns an error
-/// line, empty when done.
+/// walk_grid.json and walk_grid.{known,cell,height,standing,island,returns,cause}.npy (docs/simulator.md). Returns an
+/// error line, empty when done.
 std::string writeWalkGrid(const WalkGrid& grid, const std::filesystem::path& dir);
 Result<WalkGrid> readWalkGrid(const std::filesystem::path& dir);
 /// The files' names.
