@@ -5,8 +5,7 @@
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
-
-#include "sim/random.h"
+#include <random>
 
 namespace hgg {
 namespace {
@@ -84,15 +83,12 @@ std::vector<PlanRequest> drawPlans(const WalkGrid& truth, const Walker& walker, 
   constexpr int kTries = 100;     // a request, before there is taken to be no room for any
   const WalkPaths paths(truth, walker);
   const auto& ground = paths.ground();
-  const RandomKey key{seed, 0};
+  std::mt19937_64 random(seed);
   const Pose T_truth_grid = truth.T_grid_map.inverse();
   const auto in_map = [&](std::uint32_t surface) { return laying.toMap(T_truth_grid * paths.place(surface)); };
   std::vector<PlanRequest> requests;
-  std::uint64_t counter = 0;
   for (int tries = 0; !ground.empty() && static_cast<int>(requests.size()) < count && tries < kTries * count; ++tries) {
-    const auto draw = [&] {
-      return ground[static_cast<std::size_t>(uniform(key, counter++) * static_cast<double>(ground.size()))];
-    };
+    const auto draw = [&] { return ground[random() % ground.size()]; };
     const std::uint32_t from = draw(), to = draw();
     if ((paths.place(from) - paths.place(to)).norm() < kApart) {
       continue;
