@@ -21,6 +21,8 @@ SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "p
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
           "cost": {"frames": 5, "loops": [{"before_us": 1}]},
           "loops": {"asked": 9, "accepted": 2, "false": 1, "worst_m": 1.25, "worst_deg": None, "revisits": 3, "revisits_asked": 2, "revisits_closed": 1},
+          "grid": {"strict": {"blocked_called_walkable": 0.01, "precision": 0.99, "recall": 0.9}},
+          "plans": {"share": 0.5, "through_blocked": 2, "off_ground": 0, "mean_ratio": 1.02, "longer": 1},
           "classes": [], "odometry": None, "geometry": None, "retrieval": None,
           "trajectory": {"ate_rmse": 0.5, "share": 0.75, "T_truth_map": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]}}
 STATS = {"frames": 5, "frame_ms": {"p50": 3, "p99": 9}, "stage_ms": {"creation": {"p50": 2}}, "map_mb": 1.5, "peak_rss_mb": 20,
@@ -151,6 +153,16 @@ class Command(unittest.TestCase):
         self.commands = ["align"]
         self.program("hggmap", MAP.replace("# align", f"align) {answer};;"))
 
+    def walking(self, batch):
+        """A mapper that exports grids and plans, whose answers are one word of JSON."""
+        self.commands = ["export", "plan"]
+        text = MAP.replace("HELP\nEND", f"HELP\n  --format json|grid\n{'  --batch' if batch else ''}\nEND")
+        text = text.replace("# align", "export) ;;\n  plan) echo '{\"found\": false}';;")
+        self.program("hggmap", text)
+        asks = "for a in \"$@\"; do case $a in */requests.jsonl) r=$a;; --plans) p=1;; esac; done\n"
+        line = '{"from":[1,2,3],"to":[4,5,6],"shortest":7}'
+        self.program("hgg-eval", EVAL.replace("echo 'SC", asks + f"[ -n \"$p\" ] && printf '{line}\\n{line}\\n' > $r\necho 'SC"))
+
     def command(self, *arguments):
         command = [sys.executable, REPO / "tools" / "matrix" / "run.py", "--build", self.build, "--out", self.dir / "out", "--data", self.dir / "none",
                    "--jobs", "2", *arguments]
@@ -240,6 +252,38 @@ class Command(unittest.TestCase):
         self.assertEqual(self.workshop().commands, {"run", "replay"})
         self.aligning("exit 0")
         self.assertEqual(self.workshop().commands, {"run", "replay", "align"})
+
+    def test_where_one_can_walk_is_asked_of_grid_and_planner(self):
+        for batch in (False, True):
+            self.calls.write_text("")
+            self.walking(batch)
+            code, out, errors = self.run_it("--only", "traversability", "--worlds", "street", "--seeds", "1,2")
+            self.assertEqual(code, 0, errors)
+            self.assertIn("| street | lidar64 | 0.0100 ± 0.0000 | 0.9900 ± 0.0000 |", out)
+            self.assertIn("| 0.500 ± 0.000 | 2.0 ± 0.0 |", out)
+            asked = [line for line in self.calls.read_text().splitlines() if line.startswith("map plan")]
+            self.assertEqual(len(asked), 2 if batch else 4)
+            self.assertTrue(all(("--batch" in line) == batch and (batch or "--from 1,2,3 --to 4,5,6 --json" in line) for line in asked), asked)
+            evals = self.count("eval")
+            self.run_it("--only", "traversability", "--worlds", "street", "--seeds", "1,2")
+            self.assertEqual(self.count("eval"), evals, "kept")
+
+    def test_worlds_of_grounds_are_for_walking_alone(self):
+        self.program("hgg-sim", SIM.replace("  yard", "  walk\\n  yard"))
+        self.walking(True)
+        self.run_it("--only", "objects,traversability", "--seeds", "1")
+        worlds = lambda program: {word for line in self.calls.read_text().splitlines() if line.startswith(program) for word in line.split()[1:2]}
+        self.assertIn("walk", worlds("sim"))
+        drives = [line for line in self.calls.read_text().splitlines() if line.startswith("sim walk")]
+        self.assertEqual(len(drives), 1)
+        self.assertIn("--sensor lidar64", drives[0])
+        self.assertNotIn("yard", worlds("sim"))
+
+    def test_a_mapper_that_cannot_walk_yet(self):
+        code, out, errors = self.run_it("--only", "traversability", "--worlds", "street", "--seeds", "1")
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| street | lidar64 | not yet |", out)
+        self.assertFalse(self.calls.exists())
 
     def test_a_failed_timing_leaves_the_document(self):
         self.program("hggmap", MAP.replace("replay) ;;", "replay) case \"$*\" in */alone) echo no time >&2; exit 2;; esac;;"))

@@ -38,6 +38,15 @@ more than 100 m of way before (with a radius below 1 m, so indoors: 3 m and 15 m
 false comes of a keyframe within it, or up to 30 m (5 m) before or after its beginning: a place is seen before it is
 reached. Revisits that are not closed need not be missed: where alignment never lost the old part of the map there is
 no loop to ask for. So the questions asked are told too.
+Grid, with --grid: where the map says one can walk, against the truth's walk_grid.json. Asked are cells of the ground that
+a beam came back from; those nearer to a limit than range noise can tell (2 cm, 2 degrees) count neither way. Surfaces of one
+cell are told apart by height (0.3 m). Blocked: the share of truly blocked cells the map calls walkable. Precision: the share
+of its walkable cells, touched or not, that can be walked on; islands such as table tops, to which no step leads, are left
+out and counted. Recall: of truly free cells within 12 m of the way, those it calls walkable. Once cell for cell and once
+right when any of the 3 x 3 cells is; and both again with the map laid over the truth by the nearest pose.
+Plans: --plans draws pairs on the largest connected part of the seen ground on which a robot of 0.3 m radius keeps 0.1 m
+away from everything, so each has an answer. A path must not touch truly blocked cells; its length is held against the
+shortest on the truth.
 Retrieval: the answers of hggmap query --batch TRUTH/queries.jsonl. Cost: stats.json.)";
 
 constexpr const char* kFooter = R"(Examples:
@@ -95,6 +104,18 @@ void addInputs(CLI::App& app, hgg::EvalOptions& options) {
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   app.add_option("--stats", options.stats, "cost of the run [stats.json beside the map]")->type_name("FILE");
+  app.add_option("--grid", options.grid, "of where one can walk: FILE.layers.json of hggmap export --format grid")
+      ->type_name("FILE");
+  auto* requests = app.add_option("--plan-requests", options.plan_requests,
+                                  "pairs to plan between: written with --plans, read with --plan-answers");
+  auto* answers = app.add_option("--plan-answers", options.plan_answers, "of hggmap plan --json, a line a request");
+  app.add_option("--plans", options.plans, "draw so many pairs on ground that was seen")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000))
+      ->needs(requests)
+      ->excludes(answers);
+  requests->type_name("FILE");
+  answers->type_name("FILE")->needs(requests);
   app.add_option("--answers", options.answers, "of hggmap query --batch to the truth's queries")->type_name("FILE");
 }
 

@@ -11,7 +11,7 @@ constexpr int kBadInput = 2;
 
 constexpr const char* kAbout =
     R"(hgg-sim: drives sensors through a made-up world. Writes an LCM log for hggmap and a truth directory for hgg-eval
-(gt_objects.json, poses.txt, cloud.ply, queries.jsonl, classes.toml). Sensors with cameras also write
+(gt_objects.json, poses.txt, cloud.ply, queries.jsonl, classes.toml, walk_grid.json). Sensors with cameras also write
 <log stem>.rig.toml beside the log.)";
 
 constexpr const char* kExamples = R"(Examples:
@@ -124,6 +124,7 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
   app.add_option("--bleed", sim.bleed, "share of border points with the neighbour's class [of --labels]")->check(share);
   app.add_option("--confusion", sim.confusion, "share of objects a frame of another class [of --labels]")->check(share);
   app.add_option("--missed", sim.missed, "share of objects a frame without a class [of --labels]")->check(share);
+  app.add_flag("--walk-grid,!--no-walk-grid", sim.options.walk_grid, "write the truth of where one can walk [on]");
   app.add_flag("--instances", sim.options.instances, "object ids on the points of things");
   app.add_option("--odometry", sim.odometry, "how well odometry works [good; --path: the file's]")
       ->check(CLI::IsMember(hgg::odometryPresetNames()));

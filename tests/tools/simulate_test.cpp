@@ -206,6 +206,45 @@ TEST(Simulate, SameSeedSameBytesWhateverTheThreads) {
   }
 }
 
+TEST(Simulate, TheWalkGridCountsTheReturnsOfTheLog) {
+  const Scratch scratch;
+  SimOptions options = smallDrive();
+  options.motion_distortion = true;
+  options.sensors.lidar->errors.noise = 0, options.sensors.lidar->errors.mixed = 0;
+  const auto truth = simulate(makeYard(1), options, scratch / "log", kQuiet);
+  ASSERT_TRUE(truth && truth->walk_grid);
+  const WalkGrid& grid = *truth->walk_grid;
+  std::vector<std::uint32_t> counted(grid.surfaces.size(), 0);
+  const auto T_world_body = makeYard(1).T_world_body;
+  std::size_t frame = 0;
+  for (const auto& [utime_us, message] : readChannel(scratch / "log", "LIDAR_SEMANTIC")) {
+    const auto cloud = decodeSemanticCloud(message, 0.0F);
+    const std::vector<float> times = timesOf(message);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      const Point& q = cloud->points[i];
+      const Vec3 p = T_world_body(static_cast<double>(frame) + static_cast<double>(times[i])) * Vec3(q.x, q.y, q.z);
+      const auto cell = grid.cellOf(p.x(), p.y());
+      for (std::size_t k = cell ? grid.first[*cell] : 0; cell && k < grid.first[*cell + 1]; ++k) {
+        const double above = p.z() - static_cast<double>(grid.surfaces[k].height);
+        counted[k] += above >= -0.05 && above <= 0.1 ? 1 : 0;
+      }
+    }
+    ++frame;
+  }
+  std::size_t all = 0, apart = 0;
+  for (std::size_t k = 0; k < counted.size(); ++k) {
+    if (grid.surfaces[k].standing == Standing::kFree) {
+      all += counted[k];
+      apart += static_cast<std::size_t>(std::abs(static_cast<double>(counted[k]) - grid.surfaces[k].returns));
+    }
+  }
+  EXPECT_GT(all, 3000U);
+  EXPECT_LT(static_cast<double>(apart), 0.005 * static_cast<double>(all))
+      << "more than rounding on faces that lie along the cells' edges";
+  options.walk_grid = false;
+  EXPECT_FALSE(simulate(makeYard(1), options, scratch / "log", kQuiet)->walk_grid);
+}
+
 TEST(Simulate, InstancesAreOffUnlessAskedFor) {
   const Scratch scratch;
   ASSERT_TRUE(simulate(makeYard(1), smallDrive(), scratch / "log", kQuiet));

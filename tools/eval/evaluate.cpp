@@ -324,6 +324,68 @@ std::string scoreLoopsOfRun(const EvalOptions& options, Evaluation& evaluation) 
   return "";
 }
 
+/// Names by the truth's classes.toml where it has one.
+std::map<ClassId, std::string> namesOf(const WalkScore& score, const std::filesystem::path& truth) {
+  const auto table = ClassTable::load((truth / "classes.toml").string());
+  std::map<ClassId, std::string> names;
+  for (const auto& [cause, cells] : score.causes) {
+    names[cause] = cause == kCauseEdge    ? "an edge"
+                   : cause == kCauseSlope ? "a slope"
+                   : table                ? table->name(cause)
+                                          : "class " + std::to_string(cause);
+  }
+  return names;
+}
+
+Laying layingOf(const Evaluation& evaluation) {
+  return Laying(evaluation.trajectory ? evaluation.trajectory->T_truth_map : Pose::Identity());
+}
+
+/// An error line, empty when done, also where no grid was given.
+std::string scoreGrid(const EvalOptions& options, Evaluation& evaluation) {
+  if (options.grid.empty()) {
+    return "";
+  }
+  const auto map = readMapGrid(options.grid);
+  const auto truth = readWalkGrid(options.truth);
+  const auto poses = readPoses(options.poses.empty() ? options.truth / "poses.txt" : options.poses);
+  if (!map || !truth || !poses) {
+    return !map ? map.error : !truth ? truth.error : poses.error;
+  }
+  evaluation.grid = GridScore{scoreWalk(*map, *truth, layingOf(evaluation), *poses), std::nullopt, {}};
+  evaluation.grid->names = namesOf(evaluation.grid->whole, options.truth);
+  if (evaluation.scenery.corrected) {
+    evaluation.grid->local = scoreWalk(*map, *truth, Laying(evaluation.scenery.corrected->pairs), *poses);
+  }
+  return "";
+}
+
+/// Draws pairs to plan between, or scores the answers to those drawn before; an error line, empty when done.
+std::string handlePlans(const EvalOptions& options, Evaluation& evaluation) {
+  if (options.plans == 0 && options.plan_answers.empty()) {
+    return "";
+  }
+  const auto truth = readWalkGrid(options.truth);
+  if (!truth) {
+    return truth.error;
+  }
+  if (options.plans > 0) {
+    constexpr std::uint64_t kSeed = 1;
+    return writePlanRequests(drawPlans(*truth, {}, layingOf(evaluation), options.plans, kSeed), options.plan_requests);
+  }
+  const auto requests = readPlanRequests(options.plan_requests);
+  const auto answers = readPlanAnswers(options.plan_answers);
+  if (!requests || !answers) {
+    return !requests ? requests.error : answers.error;
+  }
+  if (requests->size() != answers->size()) {
+    return options.plan_answers.string() + ": " + std::to_string(answers->size()) + " answers to " +
+           std::to_string(requests->size()) + " requests";
+  }
+  evaluation.plans = scorePlans(*requests, *answers, *truth, layingOf(evaluation));
+  return "";
+}
+
 /// Reads map and truth and matches their objects; an error line, empty when done.
 std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   auto graph = options.map.empty() ? readGraphJson(options.graph) : readMapObjects(options.map);
@@ -360,7 +422,8 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
 Result<Evaluation> evaluate(const EvalOptions& options) {
   Evaluation evaluation;
   evaluation.radius = options.radius;
-  for (auto* step : {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun}) {
+  for (auto* step :
+       {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun, scoreGrid, handlePlans}) {
     if (const std::string error = step(options, evaluation); !error.empty()) {
       return Result<Evaluation>::fail(error);
     }

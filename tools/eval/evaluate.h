@@ -10,9 +10,11 @@
 #include "eval/geometry.h"
 #include "eval/loops.h"
 #include "eval/objects.h"
+#include "eval/plans.h"
 #include "eval/recovery.h"
 #include "eval/retrieval.h"
 #include "eval/trajectory.h"
+#include "eval/walk.h"
 
 namespace hgg {
 
@@ -27,6 +29,10 @@ struct EvalOptions {
   double fault = 0;               // s after the first true pose: when something went wrong
   std::filesystem::path stats;    // stats.json of the run; empty: beside the map when there
   std::filesystem::path answers;  // of hggmap query --batch (not yet) to the queries; empty: retrieval is not scored
+  std::filesystem::path grid;     // F.layers.json of hggmap export --format grid; empty: it is not scored
+  std::filesystem::path plan_requests;  // pairs to plan between: written here where `plans` asks for some, else read
+  std::filesystem::path plan_answers;   // of hggmap plan --batch to them; empty: plans are not scored
+  int plans = 0;                        // pairs to draw and write
   std::string odometry_channel = "POSE_ODOM", cloud_channel = "LIDAR_SEMANTIC";  // of the log
   double radius = 1.5;                                                           // m
   double spacing = 0.1;              // m, of the points geometry is compared over
@@ -41,6 +47,13 @@ struct TrajectoryScore {
   double share = 0;   // of the true poses that have a partner: those without cannot count against the trajectory
   double height = 0;  // m, the largest error along the vertical, the map laid over the truth as the predictions
   Pose T_truth_first = Pose::Identity();  // lays the first pose of the map on the true one: its frame where it belongs
+};
+
+/// The grid of where one can walk, beside the truth's.
+struct GridScore {
+  WalkScore whole;                       // the map laid over the truth by one transform
+  std::optional<WalkScore> local;        // every place by the nearest pose; needs the trajectory
+  std::map<ClassId, std::string> names;  // of the causes in `whole`
 };
 
 /// One pose sequence beside the truth: what a picture needs.
@@ -67,6 +80,8 @@ struct Evaluation {
   std::optional<GeometryScore> geometry;
   std::optional<RetrievalScore> retrieval;
   std::optional<LoopScore> loops;
+  std::optional<GridScore> grid;
+  std::optional<PlanScore> plans;
   nlohmann::json cost;  // stats.json, null without one
   Scenery scenery;
 };

@@ -123,6 +123,49 @@ std::string formatLoops(const Evaluation& e) {
          format("; %zu true revisits, %zu asked about, %zu closed\n", l.revisits, l.revisits_asked, l.revisits_closed);
 }
 
+std::string formatShares(const char* name, const WalkShares& s) {
+  return format("  %-34s %8s %8s %8s\n", name, number(100 * s.blocked_called_walkable).c_str(),
+                number(s.precision).c_str(), number(s.recall).c_str());
+}
+
+std::string formatGrid(const Evaluation& e) {
+  if (!e.grid) {
+    return "grid: not scored (--grid, from hggmap export --format grid)\n";
+  }
+  const WalkScore& w = e.grid->whole;
+  std::string text = format("grid: %zu truly blocked and %zu truly free cells that a beam touched\n", w.blocked_touched,
+                            w.confusion[0][0] + w.confusion[0][1] + w.confusion[0][2]);
+  text += format("  %-34s %8s %8s %8s\n", "truly", "walkable", "blocked", "unknown");
+  for (const std::size_t row : {std::size_t{0}, std::size_t{1}}) {
+    text += format("  %-34s %8zu %8zu %8zu\n", row == 0 ? "free" : "blocked", w.confusion[row][0], w.confusion[row][1],
+                   w.confusion[row][2]);
+  }
+  text +=
+      format("  the map's walkable cells: %zu free, %zu blocked, %zu near a limit, %zu islands, %zu nothing there\n",
+             w.free, w.blocked, w.close, w.islands, w.nothing);
+  for (const auto& [cause, cells] : w.causes) {
+    text += format("  blocked by %-23s %8zu of %zu called walkable\n", e.grid->names.at(cause).c_str(), cells.walkable,
+                   cells.cells);
+  }
+  text += format("  %-34s %8s %8s %8s\n", "", "blocked %", "precision", "recall");
+  text += formatShares("cell for cell", w.strict) + formatShares("one cell off allowed", w.tolerant);
+  return e.grid->local ? text + formatShares("laid by the nearest pose", e.grid->local->strict) +
+                             formatShares("the same, one cell off allowed", e.grid->local->tolerant)
+                       : text;
+}
+
+std::string formatPlans(const Evaluation& e) {
+  if (!e.plans) {
+    return "";
+  }
+  const PlanScore& p = *e.plans;
+  return format(
+      "plans: %zu of %zu found; %zu over blocked ground, %zu off the ground; length %s of the shortest on average, %s "
+      "at worst, %zu beyond %g\n",
+      p.found, p.asked, p.through_blocked, p.off_ground, number(p.mean_ratio).c_str(), number(p.worst_ratio).c_str(),
+      p.longer, kLongest);
+}
+
 double value(const json& object, const char* key) {
   return object.is_object() && object.contains(key) && object[key].is_number() ? object[key].get<double>() : NAN;
 }
@@ -242,6 +285,45 @@ json toJson(const RetrievalScore& r) {
           {"r3", r.recallAt(3)}};
 }
 
+json toJson(const WalkShares& s) {
+  return {{"blocked_called_walkable", s.blocked_called_walkable}, {"precision", s.precision}, {"recall", s.recall}};
+}
+
+json toJson(const WalkScore& w) {
+  const auto row = [&](std::size_t i) {
+    return json{{"walkable", w.confusion[i][0]}, {"blocked", w.confusion[i][1]}, {"unknown", w.confusion[i][2]}};
+  };
+  return {
+      {"free", row(0)},
+      {"blocked", row(1)},
+      {"walkable",
+       {{"free", w.free}, {"blocked", w.blocked}, {"close", w.close}, {"islands", w.islands}, {"nothing", w.nothing}}},
+      {"strict", toJson(w.strict)},
+      {"tolerant", toJson(w.tolerant)}};
+}
+
+json toJson(const GridScore& g) {
+  json score = toJson(g.whole);
+  score["local"] = g.local ? toJson(*g.local) : json();
+  score["causes"] = json::array();
+  for (const auto& [cause, cells] : g.whole.causes) {
+    score["causes"].push_back({{"name", g.names.at(cause)}, {"cells", cells.cells}, {"walkable", cells.walkable}});
+  }
+  return score;
+}
+
+json toJson(const PlanScore& p) {
+  const double share = p.asked > 0 ? static_cast<double>(p.found) / static_cast<double>(p.asked) : NAN;
+  return {{"asked", p.asked},
+          {"found", p.found},
+          {"share", share},
+          {"through_blocked", p.through_blocked},
+          {"off_ground", p.off_ground},
+          {"longer", p.longer},
+          {"mean_ratio", p.mean_ratio},
+          {"worst_ratio", p.worst_ratio}};
+}
+
 template <typename Score>
 json toJson(const std::optional<Score>& score) {
   return score ? toJson(*score) : json();
@@ -259,7 +341,8 @@ std::string formatTable(const Evaluation& evaluation) {
          formatCalibration("calibration", evaluation.objects.overall.calibration(), "objects") +
          (evaluation.neighbours ? formatCalibration("neighbours", *evaluation.neighbours, "pairs") : "") +
          formatTrajectories(evaluation) + formatRecovery(evaluation) + formatGeometry(evaluation) +
-         formatRetrieval(evaluation) + formatLoops(evaluation) + formatCost(evaluation.cost);
+         formatRetrieval(evaluation) + formatLoops(evaluation) + formatGrid(evaluation) + formatPlans(evaluation) +
+         formatCost(evaluation.cost);
 }
 
 json toJson(const Evaluation& evaluation) {
@@ -285,6 +368,8 @@ json toJson(const Evaluation& evaluation) {
           {"geometry", toJson(evaluation.geometry)},
           {"retrieval", toJson(evaluation.retrieval)},
           {"loops", toJson(evaluation.loops)},
+          {"grid", toJson(evaluation.grid)},
+          {"plans", toJson(evaluation.plans)},
           {"cost", evaluation.cost}};
 }
 

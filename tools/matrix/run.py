@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from matrix.figures import FAILED, NOT_YET, Table
 from matrix.page import DOCUMENT, charts, page, section
 from matrix.tables import LYING, SENSOR_WORLDS, TABLES, Matrix
-from matrix.workshop import REPO, Workshop, machine, run_all
+from matrix.workshop import GROUNDS, REPO, Workshop, machine, run_all
 
 ODOMETRY = ["true", "excellent", "good", "poor"]
 
@@ -55,7 +55,8 @@ def parse(argv):
     parser.add_argument("--build", type=Path, default=REPO / "build", help="folder of the programs")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "evaluation", help="folder of logs, maps and results")
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("HGG_DATA", REPO.parent / "shared" / "data")), help="folder of the real data")
-    parser.add_argument("--worlds", type=names, help="default: all but the toy; table 'sensors': " + " and ".join(SENSOR_WORLDS))
+    parser.add_argument("--worlds", type=names, help="default: all but the toy; table 'sensors': " + " and ".join(SENSOR_WORLDS) +
+                        "; table 'traversability' also " + ", ".join(GROUNDS))
     parser.add_argument("--sensors", type=names, help="default: all")
     parser.add_argument("--odometry", type=names, default=ODOMETRY)
     parser.add_argument("--paths", type=names, default=["05", "07"], help="KITTI drives in DATA/kitti_trajectories to lay worlds along; '': none [05,07]")
@@ -77,8 +78,8 @@ def parse(argv):
     if not worlds:
         parser.error(f"no hgg-sim in {args.build}: run make build, or name the folder with --build")
     quick = args.quick
-    args.sensor_worlds = args.worlds
-    args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w != "yard"])
+    args.sensor_worlds, args.worlds_named, args.known_worlds = args.worlds, bool(args.worlds), worlds
+    args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w not in ("yard", *GROUNDS)])
     args.sensor_worlds = args.sensor_worlds or (args.worlds if quick or args.full else [w for w in SENSOR_WORLDS if w in worlds])
     args.sensors = args.sensors or (["lidar16", "rgbd"] if quick else sensors)
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]

@@ -15,8 +15,10 @@ from pathlib import Path
 
 REPO = Path(__file__).resolve().parent.parent.parent
 CARRY_S = 3.0  # of hgg-sim --kidnap
-INDOOR = {"apartment", "corridor", "office", "hall"}
-MAIN_SENSOR = {"corridor": "solid64"}  # where it is not that of the other worlds
+GROUNDS = ["stairs", "ramp", "hole", "bridge", "walk"]  # worlds whose ground is what they are about
+INDOOR = {"apartment", "corridor", "office", "hall", *GROUNDS}
+PLANS = 200  # pairs of places a drive
+MAIN_SENSOR = {"corridor": "solid64", **dict.fromkeys(GROUNDS, "lidar64")}  # where it is not that of the other worlds
 
 
 # ---- what is run -----------------------------------------------------------------------------------------------------
@@ -295,6 +297,21 @@ class Workshop:
     def align_command(self, a, b):
         return ["align", a / "map.hgg", b / "map.hgg", "--json"]
 
+    def grid_command(self, where, out):
+        return ["export", where / "map.hgg", "--format", "grid", "--resolution", "0.1", "-o", out / "grid"]
+
+    def walk_command(self, run, drive, where, out, *more):
+        return ["--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory", where / "trajectory.tum", "--log", drive / "log.lcm",
+                "--odometry-channel", run.channel(), "--radius", radius_of(run.drive.world), "--json", "--plan-requests", out / "requests.jsonl", *more]
+
+    def scored_walk(self, out):
+        return ["--grid", out / "grid.layers.json", "--plan-answers", out / "answers.jsonl"]
+
+    def walk_dir(self, run):
+        drive, where, out = Path("DRIVE"), Path("MAP"), Path("OUT")
+        return self.out / "walks" / digest(self.map_dir(run).name, self.programs["hgg-eval"], str(PLANS), *words(self.grid_command(where, out)),
+                                           *words(self.walk_command(run, drive, where, out, *self.scored_walk(out))))
+
     def map_dir(self, run):
         drive, where = Path("DRIVE"), Path("MAP")
         classes = hash_of(REPO / "firmware_cfg" / ("indoor" if is_indoor(run.drive.world) else "semantickitti") / "classes.toml")
@@ -334,6 +351,35 @@ class Workshop:
         if answers:
             (out / "answers.jsonl").write_text(self.call("hggmap", *self.query_command(drive, where), accept=(0, 1)))
         command = self.score_command(run, drive, where, out, answers)
+        figures = compact(self.call("hgg-eval", *command), f"hgg-eval {' '.join(words(command))}")
+        save(result, figures)
+        return figures
+
+    def can_walk(self):
+        return {"export", "plan"} <= self.commands and "grid" in self.call("hggmap", "export", "--help")
+
+    def plan(self, where, requests):
+        """An answer a line. A mapper without --batch is asked line by line."""
+        if "--batch" in self.call("hggmap", "plan", "--help"):
+            return self.call("hggmap", "plan", where / "map.hgg", "--batch", requests, accept=(0, 1))
+        place = lambda p: ",".join(map(str, p))
+        asked = [json.loads(line) for line in requests.read_text().splitlines()]
+        return "".join(self.call("hggmap", "plan", where / "map.hgg", "--from", place(r["from"]), "--to", place(r["to"]), "--json", accept=(0, 1))
+                       .replace("\n", "") + "\n" for r in asked)
+
+    def walk(self, run):
+        """The figures of where one can walk, from the cache or by making them. Grid and plans stay beside them."""
+        out = self.walk_dir(run)
+        result = out / "result.json"
+        if result.exists():
+            return json.loads(result.read_text())
+        drive, where = self.simulate(run.drive), self.map(run)
+        shutil.rmtree(out, ignore_errors=True)
+        out.mkdir(parents=True)
+        self.call("hggmap", *self.grid_command(where, out))
+        self.call("hgg-eval", *self.walk_command(run, drive, where, out, "--plans", PLANS))
+        (out / "answers.jsonl").write_text(self.plan(where, out / "requests.jsonl"))
+        command = self.walk_command(run, drive, where, out, *self.scored_walk(out))
         figures = compact(self.call("hgg-eval", *command), f"hgg-eval {' '.join(words(command))}")
         save(result, figures)
         return figures

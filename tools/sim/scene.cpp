@@ -7,15 +7,25 @@ namespace {
 
 using Maker = Scene (*)(std::uint64_t seed, double dynamics);
 
+/// For worlds in which nothing moves.
+template <Scene (*make)(std::uint64_t)>
+Scene still(std::uint64_t seed, double /*dynamics*/) {
+  return make(seed);
+}
+
 const std::map<std::string, Maker>& makers() {
-  static const std::map<std::string, Maker> kMakers = {
-      {"yard", [](std::uint64_t seed, double /*dynamics*/) { return makeYard(seed); }},
-      {"street", &makeStreet},
-      {"campus", &makeCampus},
-      {"apartment", &makeApartment},
-      {"office", &makeOffice},
-      {"hall", &makeHall},
-      {"corridor", &makeCorridor}};
+  static const std::map<std::string, Maker> kMakers = {{"yard", &still<makeYard>},
+                                                       {"stairs", &still<makeStairs>},
+                                                       {"ramp", &still<makeRamp>},
+                                                       {"hole", &still<makeHole>},
+                                                       {"bridge", &still<makeBridge>},
+                                                       {"walk", &still<makeWalk>},
+                                                       {"street", &makeStreet},
+                                                       {"campus", &makeCampus},
+                                                       {"apartment", &makeApartment},
+                                                       {"office", &makeOffice},
+                                                       {"hall", &makeHall},
+                                                       {"corridor", &makeCorridor}};
   return kMakers;
 }
 

@@ -63,4 +63,17 @@ Scene makeHall(std::uint64_t seed, double dynamics);
 /// "corridor": a long corridor between eight bedrooms; along it, into two of them, and back. One lap.
 Scene makeCorridor(std::uint64_t seed, double dynamics);
 
+/// Halls for a robot on legs, whose ground is what is to be found out about; nothing in them moves.
+/// "stairs": up a flight of stairs onto a platform without rails and down a ramp.
+Scene makeStairs(std::uint64_t seed);
+/// "ramp": over ridges of 12 and 25 degrees, past one of 40 that is too steep.
+Scene makeRamp(std::uint64_t seed);
+/// "hole": around a pit, a trench and a dock that drops by half a metre.
+Scene makeHole(std::uint64_t seed);
+/// "bridge": below a bridge and over it.
+Scene makeBridge(std::uint64_t seed);
+/// "walk": around what is in a robot's way: kerbs of 12 and 30 cm, a table, chairs, a plate that hangs at 0.5 m and one
+/// at 1 m, a doorway of 0.9 m, poles of 5 cm, a gap of 0.4 m.
+Scene makeWalk(std::uint64_t seed);
+
 }  // namespace hgg

@@ -144,10 +144,10 @@ Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const R
       }
     });
   }
-  const std::vector<float> truth = scan.range;
+  scan.true_range = scan.range;
   parallelFor(grid.height, threads, [&](int y) {
     for (int x = 0; x < grid.width; ++x) {
-      addRangeErrors(scan, truth, grid, errors, x, y, key);
+      addRangeErrors(scan, scan.true_range, grid, errors, x, y, key);
     }
   });
   return scan;

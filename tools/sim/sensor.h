@@ -42,9 +42,10 @@ constexpr double kEdgeStep = 0.3;
 
 /// What a grid of rays met.
 struct Scan {
-  std::vector<float> range;          // m, measured; 0 = no return
-  std::vector<std::int32_t> object;  // index into World::objects, returned or not; -1 = nothing there
-  std::vector<std::uint8_t> mixed;   // 1: the return lies between two surfaces, on no object
+  std::vector<float> range;            // m, measured; 0 = no return
+  std::vector<std::int32_t> object;    // index into World::objects, returned or not; -1 = nothing there
+  std::vector<std::uint8_t> mixed;     // 1: the return lies between two surfaces, on no object
+  std::vector<float> true_range = {};  // m, to what returned; 0 = no return
 };
 
 /// When a scan was taken: all rays at `time`, or, where `sweep` > 0, column after column over the `sweep` seconds up to

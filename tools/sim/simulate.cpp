@@ -13,6 +13,7 @@
 #include "core/units.h"
 #include "sim/motion.h"
 #include "sim/queries.h"
+#include "sim/walk_truth.h"
 #include "sim/world_cloud.h"
 
 namespace hgg {
@@ -46,12 +47,13 @@ struct Drive {
   RayGrid lidar;
   std::vector<Eye> eyes;
   Segmentation cloud_segmentation, image_segmentation;
+  std::optional<WalkTruth> walk;
 
   double sweep() const { return options.motion_distortion ? 1.0 / options.rate_hz : 0.0; }
 };
 
 Drive makeDrive(const Scene& scene, const SimOptions& options) {
-  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}, {}};
+  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}, {}, {}};
   for (int i = 0; i < frameCount(scene, options); ++i) {
     const double time = i / options.rate_hz;
     drive.times.push_back(time);
@@ -106,7 +108,24 @@ std::vector<Pose> odometryOf(const Drive& drive, const std::vector<Pose>& T_map_
 
 // ---------------------------------------------------------------------------------------------------- sensing
 
-void look(Eye& eye, std::size_t camera, const Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us) {
+/// Tells the truth of where one can walk which surfaces the beams met.
+void countReturns(Drive& drive, const RayGrid& grid, const Scan& scan, const Exposure& exposure) {
+  Pose T_world_sensor = drive.T_world_body(exposure.time) * grid.T_body_sensor;
+  for (int x = 0; drive.walk && x < grid.width; ++x) {
+    if (exposure.sweep > 0) {
+      T_world_sensor = drive.T_world_body(columnTime(grid, exposure, x)) * grid.T_body_sensor;
+    }
+    for (int y = 0; y < grid.height; ++y) {
+      const std::size_t i = grid.at(x, y);
+      if (scan.range[i] > 0 && !scan.mixed[i]) {
+        countReturn(*drive.walk, T_world_sensor * Vec3(static_cast<double>(scan.true_range[i]) * grid.directions[i]),
+                    static_cast<std::size_t>(scan.object[i]));
+      }
+    }
+  }
+}
+
+void look(Eye& eye, std::size_t camera, Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us) {
   const SimOptions& options = drive.options;
   const World& world = drive.scene.world;
   eye.scan = measure(caster, world, eye.grid, eye.model->errors, drive.T_world_body, {drive.times[frame], 0.0},
@@ -119,6 +138,7 @@ void look(Eye& eye, std::size_t camera, const Drive& drive, RayCaster& caster, s
     return;
   }
   eye.depth = depthImage(eye.grid, eye.scan, utime_us);
+  countReturns(drive, eye.grid, eye.scan, {drive.times[frame], 0.0});
   // A depth between two surfaces keeps its pixel's label, but is on no object: the truth counts no such points.
   for (std::size_t i = 0; i < eye.labels.instances.size(); ++i) {
     if (eye.scan.mixed[i]) {
@@ -274,6 +294,7 @@ Sensed sense(Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us
   const Exposure exposure{drive.times[frame], drive.sweep()};
   const Scan scan = measure(caster, drive.scene.world, drive.lidar, options.sensors.lidar->errors, drive.T_world_body,
                             exposure, keyFor(options.seed, Purpose::kRanges, 0, frame), options.threads);
+  countReturns(drive, drive.lidar, scan, exposure);
   TrueCloud returns = returnsOf(drive.lidar, scan, exposure);
   if (drive.eyes.empty()) {
     labelCloud(returns, drive, scan, frame);
@@ -376,6 +397,10 @@ std::string driveThrough(const Scene& scene, const SimOptions& options, const st
   const auto tracks = everyOdometry(drive, T_map_body);
   const Pose T_map_world = result.T_world_body.front().inverse();
   RayCaster caster(scene);
+  if (options.walk_grid) {
+    drive.walk = walkTruth(scene, result.T_world_body, drive.times[drive.kept.back()],
+                           {.limits = {}, .threads = options.threads});
+  }
   TruthAccumulator truth;
   std::string error;
   for (std::size_t i = 0; i < drive.kept.size() && error.empty(); ++i) {
@@ -405,6 +430,9 @@ std::string driveThrough(const Scene& scene, const SimOptions& options, const st
   result.objects = truth.objects();
   result.end_time = drive.times[drive.kept.back()];
   markMotion(result.objects, scene, result.end_time);
+  if (drive.walk) {
+    result.walk_grid = finishedGrid(std::move(*drive.walk));
+  }
   return error;
 }
 
@@ -442,10 +470,12 @@ Result<DriveTruth> simulate(const Scene& scene, const SimOptions& options, const
 }
 
 WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int threads) {
-  return {drive.objects, drive.T_map_body,
+  return {drive.objects,
+          drive.T_map_body,
           sampleSurfaces(scene, drive.T_world_body, drive.end_time, {.threads = threads}),
           makeQueries(scene, drive.objects),
-          scene.label_space == "indoor" ? kIndoorClassesToml : kSemanticKittiClassesToml};
+          scene.label_space == "indoor" ? kIndoorClassesToml : kSemanticKittiClassesToml,
+          drive.walk_grid};
 }
 
 Trajectory withGait(Trajectory T_world_body, double gait_deg) {

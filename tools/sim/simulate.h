@@ -12,6 +12,7 @@
 #include "sim/odometry_faults.h"
 #include "sim/scene.h"
 #include "truth/objects.h"
+#include "truth/walk_grid.h"
 
 namespace hgg {
 
@@ -36,6 +37,7 @@ struct SimOptions {
   bool motion_distortion = false;  // the LiDAR sweeps during the time before the frame's
   double gait_deg = 0;             // the body rolls and pitches as it walks
   bool semantic_cloud = true;      // with cameras: LIDAR_SEMANTIC too, as a mapper would make it from the rest
+  bool walk_grid = true;           // the truth of where one can walk, see WalkGrid
   int threads = 1;
 };
 
@@ -45,6 +47,7 @@ struct DriveTruth {
   std::vector<Pose> T_map_body;      // one a frame of the log
   std::vector<Pose> T_world_body;    // the same in the scene's frame
   double end_time = 0;               // s, the last frame's
+  std::optional<WalkGrid> walk_grid;
 };
 
 /// Drives through the scene and writes the LCM log (as <log>.part until it is whole), and <log stem>.rig.toml beside it

@@ -123,7 +123,9 @@ std::string writeTruth(const std::vector<TruthObject>& objects, const std::vecto
 
 std::string prepareTruth(const std::filesystem::path& dir) {
   std::string message = makeDirectory(dir);
-  for (const char* name : {kObjects, kPoses, kCloud, kQueries, kClasses}) {
+  std::vector<std::string> names = walkGridFiles();
+  names.insert(names.end(), {kObjects, kPoses, kCloud, kQueries, kClasses});
+  for (const std::string& name : names) {
     std::error_code error;
     std::filesystem::remove(dir / name, error);
     if (message.empty() && error) {
@@ -143,7 +145,8 @@ std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir
   std::string error = writeTruth(truth.objects, truth.T_map_body, dir);
   error = error.empty() ? writeCloud(truth.cloud, dir / kCloud) : error;
   error = error.empty() ? writeQueries(truth.queries, dir / kQueries) : error;
-  return error.empty() ? writeFile(truth.classes_toml, dir / kClasses) : error;
+  error = error.empty() ? writeFile(truth.classes_toml, dir / kClasses) : error;
+  return error.empty() && truth.walk_grid ? writeWalkGrid(*truth.walk_grid, dir) : error;
 }
 
 }  // namespace hgg

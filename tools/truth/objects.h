@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/result.h"
 #include "truth/cloud.h"
 #include "truth/queries.h"
+#include "truth/walk_grid.h"
 
 namespace hgg {
 
@@ -54,12 +56,13 @@ struct WorldTruth {
   std::vector<CloudPoint> cloud;
   std::vector<TruthQuery> queries;
   std::string classes_toml;  // the class table the labels are of
+  std::optional<WalkGrid> walk_grid = std::nullopt;
 };
 /// Makes the directory where it is missing, checks that files can be written there, and removes an older truth, so that
 /// it never stands beside what a later run leaves behind. Returns an error line, empty when done.
 std::string prepareTruth(const std::filesystem::path& dir);
-/// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply, queries.jsonl and
-/// classes.toml. Returns an error line, empty when done.
+/// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply, queries.jsonl,
+/// classes.toml, and the walk grid where there is one. Returns an error line, empty when done.
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir);
 /// The part a dataset has: gt_objects.json and poses.txt.
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,

@@ -137,19 +137,38 @@ std::vector<double> gridLines(const std::vector<double>& stops, double widest) {
   return lines;
 }
 
+namespace {
+
+constexpr double kHalfBody = 0.5;  // m: the slope is felt between its ends
+
+/// `ahead`, `behind`: the ground below the ends of the body.
+Pose bodyAt(const WayPoint& at, double ground, double ahead, double behind, const Gait& gait, double time) {
+  const double rise = (ahead - behind) / 2.0;
+  Pose pose = Pose::Identity();
+  pose.translation() << at.position, ground + gait.height + gait.bob * std::sin(kTau * time / 1.3);
+  pose.linear() =
+      (Eigen::AngleAxisd(std::atan2(at.along.y(), at.along.x()), Vec3::UnitZ()) *
+       Eigen::AngleAxisd(gait.sway * std::sin(kTau * time / 2.9) - std::atan2(rise, kHalfBody), Vec3::UnitY()) *
+       Eigen::AngleAxisd(gait.sway * std::sin(kTau * time / 3.7), Vec3::UnitX()))
+          .toRotationMatrix();
+  return pose;
+}
+
+}  // namespace
+
 std::function<Pose(double)> bodyOn(const Travel& travel, const Height& ground, const Gait& gait) {
   return [=](double time) {
     const WayPoint at = travel.way().at(travel.progress(time));
-    constexpr double kReach = 0.5;  // half a body: the slope is felt between its ends
-    const double rise = (ground(at.position + kReach * at.along) - ground(at.position - kReach * at.along)) / 2.0;
-    Pose pose = Pose::Identity();
-    pose.translation() << at.position, ground(at.position) + gait.height + gait.bob * std::sin(kTau * time / 1.3);
-    pose.linear() =
-        (Eigen::AngleAxisd(std::atan2(at.along.y(), at.along.x()), Vec3::UnitZ()) *
-         Eigen::AngleAxisd(gait.sway * std::sin(kTau * time / 2.9) - std::atan2(rise, kReach), Vec3::UnitY()) *
-         Eigen::AngleAxisd(gait.sway * std::sin(kTau * time / 3.7), Vec3::UnitX()))
-            .toRotationMatrix();
-    return pose;
+    return bodyAt(at, ground(at.position), ground(at.position + kHalfBody * at.along),
+                  ground(at.position - kHalfBody * at.along), gait, time);
+  };
+}
+
+std::function<Pose(double)> bodyAlong(const Travel& travel, const std::function<double(double s)>& ground,
+                                      const Gait& gait) {
+  return [=](double time) {
+    const double s = travel.progress(time);
+    return bodyAt(travel.way().at(s), ground(s), ground(s + kHalfBody), ground(s - kHalfBody), gait, time);
   };
 }
 

@@ -86,6 +86,9 @@ struct Gait {
   double bob = 0.01;
 };
 std::function<Pose(double)> bodyOn(const Travel& travel, const Height& ground, const Gait& gait);
+/// The same where the ground depends on how far the way has come: a way that crosses itself on a bridge.
+std::function<Pose(double)> bodyAlong(const Travel& travel, const std::function<double(double s)>& ground,
+                                      const Gait& gait);
 
 /// A scene under construction: puts things where there is room. Keeps a reference to the scene.
 class Stage {
