@@ -1,0 +1,153 @@
+#include "traversability/columns.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/units.h"
+#include "traversability/sample.h"
+
+namespace hgg {
+namespace {
+
+constexpr double kFootArea = square(0.1);  // m^2, what one foot of a dog-sized robot stands on
+/// Steeper is a wall whatever the robot: beyond the friction of any foot. rad
+constexpr double kSteepest = 55 * kDegree;
+/// A leaf this many times wider than thick shows which way its surface leans; a thinner one is a line.
+constexpr double kPlaneRatio = 2;
+/// Half the height of a slab with the same standard deviation.
+constexpr double kSlab = 1.7320508;  // sqrt(3)
+/// Patches whose tops are this near to the highest make the surface together: what passes over the same ground differ
+/// by through the error of the poses. m
+constexpr float kSameTop = 0.05F;
+/// Points on a foot at which the ground is half believed.
+constexpr double kHalfDensity = 0.5;
+
+bool isSteep(const LeafSheet& sheet) {
+  const bool is_plane = sheet.half_across > 2 * kPlaneRatio * sheet.thickness;
+  return is_plane ? std::abs(sheet.normal.z()) < std::cos(kSteepest) : std::abs(sheet.along.z()) > std::sin(kSteepest);
+}
+
+/// The columns under the bounding box of one sheet, with what its samples say in each.
+class Raster {
+ public:
+  /// False when no column of the grid is under the sheet.
+  bool begin(const LeafSheet& sheet, const GridShape& shape) {
+    const Vec3 half = (sheet.half_along * sheet.along).cwiseAbs() + (sheet.half_across * sheet.across).cwiseAbs();
+    const Vec3 low = sheet.centre - half, high = sheet.centre + half;
+    if (!(low.x() < shape.xOf(shape.width) && high.x() > shape.x && low.y() < shape.yOf(shape.height) &&
+          high.y() > shape.y)) {
+      return false;
+    }
+    first_column_ = std::max(0, shape.columnOf(low.x())), first_row_ = std::max(0, shape.rowOf(low.y()));
+    const int last_column = std::min(shape.width - 1, shape.columnOf(high.x()));
+    const int last_row = std::min(shape.height - 1, shape.rowOf(high.y()));
+    width_ = last_column - first_column_ + 1, height_ = last_row - first_row_ + 1;
+    if (width_ <= 0 || height_ <= 0) {
+      return false;
+    }
+    bins_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), Bin{});
+    return true;
+  }
+
+  void add(const Vec3& p, const GridShape& shape) {
+    const int column = shape.columnOf(p.x()) - first_column_, row = shape.rowOf(p.y()) - first_row_;
+    if (column < 0 || row < 0 || column >= width_ || row >= height_) {
+      return;
+    }
+    Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+    bin.low = std::min(bin.low, p.z()), bin.high = std::max(bin.high, p.z());
+    bin.sum += p.z(), bin.count += 1;
+  }
+
+  void flush(const LeafSheet& sheet, double views, const GridShape& shape, std::vector<Patch>& patches) const {
+    const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
+    const double trust = views / (views + 1);
+    Patch patch;
+    patch.density = static_cast<float>(trust * sheet.kappa * kFootArea / areaOf(sheet, 0.1));
+    patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
+    patch.reach = static_cast<float>(kSlab * sheet.half_along);
+    patch.steep = isSteep(sheet);
+    for (int row = 0; row < height_; ++row) {
+      for (int column = 0; column < width_; ++column) {
+        const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+        if (bin.count > 0) {
+          patch.cell = shape.cell(first_column_ + column, first_row_ + row);
+          patch.bottom = static_cast<float>(bin.low - half_thickness);
+          patch.top = static_cast<float>(bin.high + half_thickness);
+          patch.height = static_cast<float>(bin.sum / bin.count);
+          patches.push_back(patch);
+        }
+      }
+    }
+  }
+
+ private:
+  struct Bin {
+    double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0;
+    int count = 0;
+  };
+  int first_column_ = 0, first_row_ = 0, width_ = 0, height_ = 0;
+  std::vector<Bin> bins_;
+};
+
+/// The surface on a solid made of `patches`, which reaches up to `top`.
+Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
+  double weight = 0, height = 0, square_sum = 0, density = 0, steep = 0, reach = 0;
+  float steep_top = -std::numeric_limits<float>::infinity();
+  for (const Patch& p : patches) {
+    if (p.top < top - kSameTop) {
+      continue;
+    }
+    const double w = 1e-6 + p.density;
+    weight += w, height += w * p.height, steep += p.steep ? w : 0, reach += w * p.reach;
+    square_sum += w * (square(p.thickness) + square(p.height));
+    density += p.steep ? 0 : p.density;
+    steep_top = p.steep ? std::max(steep_top, p.top) : steep_top;
+  }
+  Support s;
+  const double mean = height / weight;
+  s.bottom = bottom, s.top = top;
+  s.steep = steep > 0.5 * weight;
+  s.height = s.steep ? top : static_cast<float>(mean);
+  s.roughness = static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean))));
+  s.confidence = static_cast<float>(density / (density + kHalfDensity));
+  s.reach = static_cast<float>(reach / weight);
+  s.clearance = std::numeric_limits<float>::infinity();
+  return s;
+}
+
+}  // namespace
+
+void appendPatches(std::span<const Leaf> leaves, const Pose& T_map_object, std::int32_t views, const GridShape& shape,
+                   std::vector<Patch>& patches) {
+  Raster raster;
+  for (const Leaf& leaf : leaves) {
+    const LeafSheet sheet = sheetOf(transform(T_map_object, unpackLeaf(leaf)));
+    if (raster.begin(sheet, shape)) {
+      forEachSample(sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
+      raster.flush(sheet, views, shape, patches);
+    }
+  }
+}
+
+void appendSurfaces(std::span<Patch> patches, double gap, std::vector<Support>& surfaces) {
+  std::ranges::sort(patches, [](const Patch& a, const Patch& b) {
+    return std::tie(a.bottom, a.top, a.height, a.density) < std::tie(b.bottom, b.top, b.height, b.density);
+  });
+  const std::size_t first_surface = surfaces.size();
+  for (std::size_t begin = 0; begin < patches.size();) {
+    float top = patches[begin].top;
+    std::size_t end = begin + 1;
+    while (end < patches.size() && patches[end].bottom <= top + static_cast<float>(gap)) {
+      top = std::max(top, patches[end].top);
+      ++end;
+    }
+    surfaces.push_back(surfaceOf(patches.subspan(begin, end - begin), patches[begin].bottom, top));
+    begin = end;
+  }
+  for (std::size_t k = first_surface; k + 1 < surfaces.size(); ++k) {
+    surfaces[k].clearance = std::max(0.0F, surfaces[k + 1].bottom - surfaces[k].height);
+  }
+}
+
+}  // namespace hgg
