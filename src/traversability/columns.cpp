@@ -4,12 +4,11 @@
 #include <limits>
 
 #include "core/units.h"
-#include "traversability/sample.h"
+#include "traversability/point_density.h"
 
 namespace hgg {
 namespace {
 
-constexpr double kFootArea = square(0.1);  // m^2, what one foot of a dog-sized robot stands on
 /// Steeper is a wall whatever the robot: beyond the friction of any foot. rad
 constexpr double kSteepest = 55 * kDegree;
 /// A leaf this many times wider than thick shows which way its surface leans; a thinner one is a line.
@@ -21,6 +20,11 @@ constexpr double kSlab = 1.7320508;  // sqrt(3)
 constexpr float kSameTop = 0.05F;
 /// Points on a foot at which the ground is half believed.
 constexpr double kHalfDensity = 0.5;
+/// A leaf with points farther than this from its sheet, one standard deviation, is a cloud: twice what range noise,
+/// poses and unmown grass make of ground. m
+constexpr float kCloud = 0.05F;
+/// How much denser finer leaves are that make a cloud obsolete.
+constexpr float kMoreThan = 4;
 
 bool isSteep(const LeafSheet& sheet) {
   const bool is_plane = sheet.half_across > 2 * kPlaneRatio * sheet.thickness;
@@ -32,12 +36,8 @@ class Raster {
  public:
   /// False when no column of the grid is under the sheet.
   bool begin(const LeafSheet& sheet, const GridShape& shape) {
-    const Vec3 half = (sheet.half_along * sheet.along).cwiseAbs() + (sheet.half_across * sheet.across).cwiseAbs();
+    const Vec3 half = halfBox(sheet);
     const Vec3 low = sheet.centre - half, high = sheet.centre + half;
-    if (!(low.x() < shape.xOf(shape.width) && high.x() > shape.x && low.y() < shape.yOf(shape.height) &&
-          high.y() > shape.y)) {
-      return false;
-    }
     first_column_ = std::max(0, shape.columnOf(low.x())), first_row_ = std::max(0, shape.rowOf(low.y()));
     const int last_column = std::min(shape.width - 1, shape.columnOf(high.x()));
     const int last_row = std::min(shape.height - 1, shape.rowOf(high.y()));
@@ -63,8 +63,9 @@ class Raster {
     const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
     const double trust = views / (views + 1);
     Patch patch;
-    patch.density = static_cast<float>(trust * sheet.kappa * kFootArea / areaOf(sheet, 0.1));
+    patch.density = static_cast<float>(trust * densityOf(sheet));
     patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
+    patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
     patch.steep = isSteep(sheet);
     for (int row = 0; row < height_; ++row) {
@@ -118,16 +119,49 @@ Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
 
 }  // namespace
 
-void appendPatches(std::span<const Leaf> leaves, const Pose& T_map_object, std::int32_t views, const GridShape& shape,
-                   std::vector<Patch>& patches) {
-  Raster raster;
-  for (const Leaf& leaf : leaves) {
-    const LeafSheet sheet = sheetOf(transform(T_map_object, unpackLeaf(leaf)));
-    if (raster.begin(sheet, shape)) {
-      forEachSample(sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
-      raster.flush(sheet, views, shape, patches);
+void appendSheets(const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+  for (const Leaf& leaf : leavesOf(node)) {
+    const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
+    const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+    if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
+        low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
+      sheets.push_back({sheet, node.views});
     }
   }
+}
+
+std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
+  PointDensity density;
+  for (const PlacedSheet& placed : sheets) {
+    density.add(placed.sheet);
+  }
+  std::vector<Patch> patches;
+  Raster raster;
+  for (const PlacedSheet& placed : sheets) {
+    if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
+      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
+      raster.flush(placed.sheet, placed.views, shape, patches);
+    }
+  }
+  return patches;
+}
+
+std::size_t withoutObsolete(std::span<Patch> patches) {
+  const auto is_obsolete = [&](const Patch& coarse) {
+    if (coarse.fuzz <= kCloud) {
+      return false;
+    }
+    float density = 0;
+    for (const Patch& fine : patches) {
+      const bool is_within = fine.height >= coarse.bottom && fine.height <= coarse.top;
+      density += is_within && 2 * fine.reach <= coarse.reach ? fine.density : 0;
+    }
+    return density >= kMoreThan * coarse.density;
+  };
+  std::vector<Patch> kept;
+  std::ranges::copy_if(patches, std::back_inserter(kept), [&](const Patch& p) { return !is_obsolete(p); });
+  std::ranges::copy(kept, patches.begin());
+  return kept.size();
 }
 
 void appendSurfaces(std::span<Patch> patches, double gap, std::vector<Support>& surfaces) {

@@ -5,6 +5,7 @@
 
 #include "map/map.h"
 #include "traversability/grid_shape.h"
+#include "traversability/sample.h"
 
 namespace hgg {
 
@@ -14,8 +15,9 @@ struct Patch {
   float bottom = 0, top = 0;  // m, map frame: what the leaf takes up of the column, its thickness included
   float height = 0;           // m, of the sheet
   float density = 0;          // points on the area of a foot
-  float thickness = 0;        // m, standard deviation of the points about the sheet
+  float thickness = 0;        // m, standard deviation of the points about the sheet, vertically
   float reach = 0;            // m, edge of the cell of surface that the leaf stands for
+  float fuzz = 0;             // m, the same along the sheet's normal, wherever that points
   bool steep = false;         // no ground: a wall, a pole
 };
 
@@ -37,10 +39,22 @@ struct Support {
 /// True for nodes that stand in the way or carry: those that more likely exist than not.
 inline bool isSolid(const MapNode& node) { return isConfirmed(node); }
 
-/// The patches of the leaves (object frame) of one node, in the order of the leaves; appended to `patches`. `views`:
-/// how often the node was seen.
-void appendPatches(std::span<const Leaf> leaves, const Pose& T_map_object, std::int32_t views, const GridShape& shape,
-                   std::vector<Patch>& patches);
+/// A sheet of the map, in its frame.
+struct PlacedSheet {
+  LeafSheet sheet;
+  std::int32_t views = 0;  // of its node
+};
+
+/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`.
+void appendSheets(const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
+
+/// The patches of the sheets, in their order.
+std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
+
+/// Takes out the patches that finer ones make obsolete: leaves that are coarse and no thin sheet are a first, distant
+/// look at a place, in which several surfaces are one cloud. Where leaves half as large have more points within the
+/// height of such a patch, they say what is there. Returns how many are left, at the front, in their order.
+std::size_t withoutObsolete(std::span<Patch> patches);
 
 /// The surfaces of one column, ascending, out of its patches, which get sorted. Patches closer than `gap` (m) are one
 /// solid. Appended to `surfaces`, with all but slope, step and cost.

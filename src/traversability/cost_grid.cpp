@@ -129,7 +129,8 @@ CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape) {
   grid.first.reserve(cells + 1);
   for (std::size_t k = 0; k < cells; ++k) {
     grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
-    appendSurfaces({patches.data() + begin[k], patches.data() + begin[k + 1]}, shape.resolution, grid.surfaces);
+    const std::span<Patch> column(patches.data() + begin[k], patches.data() + begin[k + 1]);
+    appendSurfaces(column.first(withoutObsolete(column)), shape.resolution, grid.surfaces);
   }
   grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
   return grid;
@@ -137,19 +138,15 @@ CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape) {
 
 CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
-  std::vector<Patch> patches;
-  double done = 0;
+  std::vector<PlacedSheet> sheets;
   for (const auto& [id, node] : map.nodes()) {
     if (isSolid(node)) {
-      appendPatches(leavesOf(node), node.T_map_object, node.views, shape, patches);
-    }
-    done += 1;
-    if (progress) {
-      progress(0.7 * done / static_cast<double>(map.nodes().size()));
+      appendSheets(node, shape, sheets);
     }
   }
+  std::vector<Patch> patches = patchesOf(sheets, shape);
   CostGrid grid = gridOfPatches(patches, shape);
-  patches = {};
+  sheets = {}, patches = {};
   fillGaps(grid, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     judgeSurfaces(grid, limits, row, row + 1);

@@ -21,6 +21,11 @@ LeafSheet sheetOf(const Belief& leaf);
 /// Area of the ellipse, m^2, at least that of a square of edge `least` (m): a line has none.
 double areaOf(const LeafSheet& sheet, double least);
 
+/// Half the edges of the box around the ellipse, m.
+inline Vec3 halfBox(const LeafSheet& sheet) {
+  return (sheet.half_along * sheet.along).cwiseAbs() + (sheet.half_across * sheet.across).cwiseAbs();
+}
+
 /// Calls visit(p) for points spread evenly over the sheet, neighbours at most `spacing` (m) apart: rows across the
 /// ellipse, each shifted by the golden ratio against the one before, so that no pattern of a voxel grid meets a
 /// pattern of samples. At least one point; the same points for the same sheet.
