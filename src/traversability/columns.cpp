@@ -26,9 +26,18 @@ constexpr float kCloud = 0.05F;
 /// How much denser finer leaves are that make a cloud obsolete.
 constexpr float kMoreThan = 4;
 
-bool isSteep(const LeafSheet& sheet) {
-  const bool is_plane = sheet.half_across > 2 * kPlaneRatio * sheet.thickness;
-  return is_plane ? std::abs(sheet.normal.z()) < std::cos(kSteepest) : std::abs(sheet.along.z()) > std::sin(kSteepest);
+/// A sheet that the eye looks up at by more than this is seen from below; what leans by less may be noise of its
+/// normal. rad
+constexpr double kLookUp = 3 * kDegree;
+
+/// True for ground: no wall, no pole, and nothing that was only seen from below, whose top nobody knows.
+bool isGround(const LeafSheet& sheet, const Vec3* p_eye) {
+  if (sheet.half_across <= 2 * kPlaneRatio * sheet.thickness) {
+    return std::abs(sheet.along.z()) < std::sin(kSteepest) && (p_eye == nullptr || p_eye->z() > sheet.centre.z());
+  }
+  const Vec3 up = sheet.normal.z() < 0 ? -sheet.normal : sheet.normal;
+  const Vec3 line = p_eye != nullptr ? *p_eye - sheet.centre : up;
+  return up.z() > std::cos(kSteepest) && up.dot(line) > -std::sin(kLookUp) * line.norm();
 }
 
 /// The columns under the bounding box of one sheet, with what its samples say in each.
@@ -59,7 +68,8 @@ class Raster {
     bin.sum += p.z(), bin.count += 1;
   }
 
-  void flush(const LeafSheet& sheet, double views, const GridShape& shape, std::vector<Patch>& patches) const {
+  void flush(const LeafSheet& sheet, double views, bool carries, const GridShape& shape,
+             std::vector<Patch>& patches) const {
     const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
     const double trust = views / (views + 1);
     Patch patch;
@@ -67,7 +77,7 @@ class Raster {
     patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
     patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
-    patch.steep = isSteep(sheet);
+    patch.carries = carries;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
         const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
@@ -93,23 +103,21 @@ class Raster {
 
 /// The surface on a solid made of `patches`, which reaches up to `top`.
 Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
-  double weight = 0, height = 0, square_sum = 0, density = 0, steep = 0, reach = 0;
-  float steep_top = -std::numeric_limits<float>::infinity();
+  double weight = 0, height = 0, square_sum = 0, density = 0, no_ground = 0, reach = 0;
   for (const Patch& p : patches) {
     if (p.top < top - kSameTop) {
       continue;
     }
     const double w = 1e-6 + p.density;
-    weight += w, height += w * p.height, steep += p.steep ? w : 0, reach += w * p.reach;
+    weight += w, height += w * p.height, no_ground += p.carries ? 0 : w, reach += w * p.reach;
     square_sum += w * (square(p.thickness) + square(p.height));
-    density += p.steep ? 0 : p.density;
-    steep_top = p.steep ? std::max(steep_top, p.top) : steep_top;
+    density += p.carries ? p.density : 0;
   }
   Support s;
   const double mean = height / weight;
   s.bottom = bottom, s.top = top;
-  s.steep = steep > 0.5 * weight;
-  s.height = s.steep ? top : static_cast<float>(mean);
+  s.carries = no_ground <= 0.5 * weight;
+  s.height = s.carries ? static_cast<float>(mean) : top;
   s.roughness = static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean))));
   s.confidence = static_cast<float>(density / (density + kHalfDensity));
   s.reach = static_cast<float>(reach / weight);
@@ -119,13 +127,20 @@ Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
 
 }  // namespace
 
-void appendSheets(const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+  const auto anchor = static_cast<std::size_t>(node.anchor);
+  const Vec3* p_eye = nullptr;
+  Vec3 p_anchor;
+  if (node.anchor >= 0 && anchor < map.keyframes().poses().size()) {
+    p_anchor = map.keyframes().poses()[anchor].T_map_body.translation();
+    p_eye = &p_anchor;
+  }
   for (const Leaf& leaf : leavesOf(node)) {
     const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
     const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
     if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
         low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
-      sheets.push_back({sheet, node.views});
+      sheets.push_back({sheet, node.views, isGround(sheet, p_eye)});
     }
   }
 }
@@ -140,7 +155,7 @@ std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShap
   for (const PlacedSheet& placed : sheets) {
     if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
       forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
-      raster.flush(placed.sheet, placed.views, shape, patches);
+      raster.flush(placed.sheet, placed.views, placed.carries, shape, patches);
     }
   }
   return patches;

@@ -18,7 +18,7 @@ struct Patch {
   float thickness = 0;        // m, standard deviation of the points about the sheet, vertically
   float reach = 0;            // m, edge of the cell of surface that the leaf stands for
   float fuzz = 0;             // m, the same along the sheet's normal, wherever that points
-  bool steep = false;         // no ground: a wall, a pole
+  bool carries = true;        // false: a wall, a pole, a ceiling
 };
 
 /// A solid part of a column with its top, which may carry a robot.
@@ -32,7 +32,7 @@ struct Support {
   float confidence = 0;       // 0..1
   float reach = 0;            // m, edge of the cell of surface that its leaves stand for
   std::uint8_t cost = 0;      // hgg.traversability_t
-  bool steep = false;         // no ground
+  bool carries = true;        // false: a wall, a pole, a ceiling
   bool seen = true;           // false: filled in between what was seen
 };
 
@@ -43,10 +43,12 @@ inline bool isSolid(const MapNode& node) { return isConfirmed(node); }
 struct PlacedSheet {
   LeafSheet sheet;
   std::int32_t views = 0;  // of its node
+  bool carries = true;     // false: a wall, a pole, or seen from below only, as a ceiling
 };
 
-/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`.
-void appendSheets(const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
+/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`. The node's anchor
+/// keyframe tells from which side they were seen.
+void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
 
 /// The patches of the sheets, in their order.
 std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);

@@ -70,7 +70,7 @@ double gentlerRise(const CostGrid& grid, std::int32_t column, std::int32_t row, 
 std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfig& limits) {
   const double slope = s.slope / (limits.max_slope_deg * kDegree), step = s.step / limits.step_height;
   const double roughness = kUneven * s.roughness / limits.step_height;
-  if (s.steep || obstructed || slope > 1 || step > 1 || roughness > 1 || s.clearance < limits.body_height) {
+  if (!s.carries || obstructed || slope > 1 || step > 1 || roughness > 1 || s.clearance < limits.body_height) {
     return kCostBlocked;
   }
   if (s.seen && s.confidence < limits.min_confidence) {
@@ -141,7 +141,7 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
   std::vector<PlacedSheet> sheets;
   for (const auto& [id, node] : map.nodes()) {
     if (isSolid(node)) {
-      appendSheets(node, shape, sheets);
+      appendSheets(map, node, shape, sheets);
     }
   }
   std::vector<Patch> patches = patchesOf(sheets, shape);

@@ -34,7 +34,7 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
       continue;
     }
     const Support& s = found.front();
-    const bool is_ground = !s.steep && s.top - s.bottom <= step_height && k * stride <= s.reach;
+    const bool is_ground = s.carries && s.top - s.bottom <= step_height && k * stride <= s.reach;
     return {is_ground ? &s : nullptr, k * stride};
   }
   return {};
