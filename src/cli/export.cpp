@@ -16,6 +16,7 @@
 #include "core/text.h"
 #include "map/file.h"
 #include "traversability/grid_layers.h"
+#include "traversability/octomap_export.h"
 
 namespace hgg {
 namespace {
@@ -67,6 +68,23 @@ Files gridOf(const StoredMap& stored, const ExportOptions& o) {
       gridFiles(layersOf(grid, groundHeight(stored.map, grid)), std::filesystem::path(o.out).filename().string()));
 }
 
+template <std::string (*Write)(const VoxelGrid&)>
+Files octomapOf(const StoredMap& stored, const ExportOptions& o) {
+  const Result<LoadedConfig> config = loadConfig(o.config);
+  const Result<GridRegion> region = regionFor(stored, o);
+  if (!config || !region) {
+    return Files::fail(config ? region.error : config.error);
+  }
+  VoxelOptions options{o.resolution.value_or(config->config.traversability.resolution), std::nullopt};
+  if (!o.region.empty()) {
+    options.region = *region;
+  }
+  ProgressBar bar("octomap");
+  const Result<VoxelGrid> voxels = voxelsOf(stored.map, options, [&](double share) { bar.show(share, ""); });
+  bar.finish();
+  return voxels ? one(Write(*voxels)) : Files::fail(voxels.error);
+}
+
 /// A format: its name for --format, what --help says of it, and what makes it.
 struct Format {
   const char* name;
@@ -78,6 +96,8 @@ struct Format {
 constexpr Format kFormats[] = {
     {"json", "graph with geometry", [](const StoredMap& s, const ExportOptions&) { return one(exportJson(s)); }},
     {"ply", "one vertex a leaf Gaussian", [](const StoredMap& s, const ExportOptions&) { return one(exportPly(s)); }},
+    {"bt", "OctoMap, binary", octomapOf<octomapBinary>},
+    {"ot", "OctoMap with probabilities", octomapOf<octomapFull>},
     {"grid", "where a robot can walk, for map_server and NumPy: F.yaml, F.pgm, F.layers.json, F.<layer>.npy", gridOf}};
 
 int exportMap(const ExportOptions& o) {
@@ -112,11 +132,11 @@ void addExport(CLI::App& app, Action& action) {
   command->add_option("MAP", o->map, "map.hgg")->required();
   command->add_option("--format", o->format, join(help, "; "))->required()->check(CLI::IsMember(names));
   command->add_option("-o,--output", o->out, "file to write")->required();
-  command->add_option("--region", o->region, "x0,y0,x1,y1 [m, map frame]; default: all of the map (grid)")
+  command->add_option("--region", o->region, "x0,y0,x1,y1 [m, map frame]; default: all of the map (bt, ot, grid)")
       ->delimiter(',')
       ->expected(4);
-  command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured (grid)");
-  command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability] (grid)");
+  command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured (bt, ot, grid)");
+  command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability] (bt, ot, grid)");
   command->footer(
       "Examples:\n  hggmap export maps/drive/map.hgg --format json -o drive.json\n"
       "  hggmap export maps/drive/map.hgg --format grid -o drive --region -20,-20,20,20 --resolution 0.1");

@@ -23,6 +23,8 @@ constexpr double kHalfDensity = 0.5;
 /// A leaf with points farther than this from its sheet, one standard deviation, is a cloud: twice what range noise,
 /// poses and unmown grass make of ground. m
 constexpr float kCloud = 0.05F;
+/// A patch with less than this share of the points of the densest in its column is stray.
+constexpr float kStray = 0.05F;
 /// How much denser finer leaves are that make a cloud obsolete.
 constexpr float kMoreThan = 4;
 
@@ -161,20 +163,24 @@ std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShap
   return patches;
 }
 
-std::size_t withoutObsolete(std::span<Patch> patches) {
-  const auto is_obsolete = [&](const Patch& coarse) {
-    if (coarse.fuzz <= kCloud) {
-      return false;
+std::size_t withoutRefuted(std::span<Patch> patches) {
+  float densest = 0;
+  for (const Patch& p : patches) {
+    densest = std::max(densest, p.density);
+  }
+  const auto is_refuted = [&](const Patch& p) {
+    if (p.density < kStray * densest) {
+      return true;
     }
-    float density = 0;
+    float finer = 0;
     for (const Patch& fine : patches) {
-      const bool is_within = fine.height >= coarse.bottom && fine.height <= coarse.top;
-      density += is_within && 2 * fine.reach <= coarse.reach ? fine.density : 0;
+      const bool is_within = fine.height >= p.bottom && fine.height <= p.top;
+      finer += is_within && 2 * fine.reach <= p.reach ? fine.density : 0;
     }
-    return density >= kMoreThan * coarse.density;
+    return p.fuzz > kCloud && finer >= kMoreThan * p.density;
   };
   std::vector<Patch> kept;
-  std::ranges::copy_if(patches, std::back_inserter(kept), [&](const Patch& p) { return !is_obsolete(p); });
+  std::ranges::copy_if(patches, std::back_inserter(kept), [&](const Patch& p) { return !is_refuted(p); });
   std::ranges::copy(kept, patches.begin());
   return kept.size();
 }

@@ -53,10 +53,12 @@ void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, s
 /// The patches of the sheets, in their order.
 std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
 
-/// Takes out the patches that finer ones make obsolete: leaves that are coarse and no thin sheet are a first, distant
-/// look at a place, in which several surfaces are one cloud. Where leaves half as large have more points within the
-/// height of such a patch, they say what is there. Returns how many are left, at the front, in their order.
-std::size_t withoutObsolete(std::span<Patch> patches);
+/// Takes out the patches that others of the column contradict. Returns how many are left, at the front, in their order.
+/// - Leaves that are coarse and no thin sheet are a first, distant look at a place, in which several surfaces are one
+///   cloud. Where leaves half as large have more points within the height of such a patch, they say what is there.
+/// - A few points in front of or above a surface with many: beams went through there, so these are returns from the
+///   edge of something else, or points of things that have left.
+std::size_t withoutRefuted(std::span<Patch> patches);
 
 /// The surfaces of one column, ascending, out of its patches, which get sorted. Patches closer than `gap` (m) are one
 /// solid. Appended to `surfaces`, with all but slope, step and cost.

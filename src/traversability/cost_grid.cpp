@@ -130,7 +130,7 @@ CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape) {
   for (std::size_t k = 0; k < cells; ++k) {
     grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
     const std::span<Patch> column(patches.data() + begin[k], patches.data() + begin[k + 1]);
-    appendSurfaces(column.first(withoutObsolete(column)), shape.resolution, grid.surfaces);
+    appendSurfaces(column.first(withoutRefuted(column)), shape.resolution, grid.surfaces);
   }
   grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
   return grid;
