@@ -23,6 +23,8 @@ constexpr double kHalfDensity = 0.5;
 /// A leaf with points farther than this from its sheet, one standard deviation, is a cloud: twice what range noise,
 /// poses and unmown grass make of ground. m
 constexpr float kCloud = 0.05F;
+/// A top with more than this share of its points on walls is no ground; the edge of a stair has some of both.
+constexpr double kMostSteep = 0.8;
 /// A patch with less than this share of the points of the densest in its column is stray.
 constexpr float kStray = 0.05F;
 /// How much denser finer leaves are that make a cloud obsolete.
@@ -104,9 +106,13 @@ class Raster {
 };
 
 /// The surface on a solid made of `patches`, which reaches up to `top`.
-Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
-  double weight = 0, height = 0, square_sum = 0, density = 0, no_ground = 0, reach = 0;
+Support surfaceOf(std::span<const Patch> patches, float bottom, float top, double step_height) {
+  double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
+  float ground = -std::numeric_limits<float>::infinity();
   for (const Patch& p : patches) {
+    if (p.carries) {
+      ground = std::max(ground, p.height), ground_density += p.density;
+    }
     if (p.top < top - kSameTop) {
       continue;
     }
@@ -117,10 +123,13 @@ Support surfaceOf(std::span<const Patch> patches, float bottom, float top) {
   }
   Support s;
   const double mean = height / weight;
+  const bool is_flat = no_ground <= kMostSteep * weight;
   s.bottom = bottom, s.top = top;
-  s.carries = no_ground <= 0.5 * weight;
-  s.height = s.carries ? static_cast<float>(mean) : top;
-  s.roughness = static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean))));
+  // A riser whose tread begins in the next column: what is no higher than a step is stepped on.
+  s.carries = is_flat || top - ground <= step_height;
+  s.height = is_flat ? static_cast<float>(mean) : top;
+  s.roughness = is_flat ? static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean)))) : 0;
+  density = is_flat ? density : ground_density;
   s.confidence = static_cast<float>(density / (density + kHalfDensity));
   s.reach = static_cast<float>(reach / weight);
   s.clearance = std::numeric_limits<float>::infinity();
@@ -185,7 +194,7 @@ std::size_t withoutRefuted(std::span<Patch> patches) {
   return kept.size();
 }
 
-void appendSurfaces(std::span<Patch> patches, double gap, std::vector<Support>& surfaces) {
+void appendSurfaces(std::span<Patch> patches, double gap, double step_height, std::vector<Support>& surfaces) {
   std::ranges::sort(patches, [](const Patch& a, const Patch& b) {
     return std::tie(a.bottom, a.top, a.height, a.density) < std::tie(b.bottom, b.top, b.height, b.density);
   });
@@ -197,7 +206,7 @@ void appendSurfaces(std::span<Patch> patches, double gap, std::vector<Support>& 
       top = std::max(top, patches[end].top);
       ++end;
     }
-    surfaces.push_back(surfaceOf(patches.subspan(begin, end - begin), patches[begin].bottom, top));
+    surfaces.push_back(surfaceOf(patches.subspan(begin, end - begin), patches[begin].bottom, top, step_height));
     begin = end;
   }
   for (std::size_t k = first_surface; k + 1 < surfaces.size(); ++k) {

@@ -61,7 +61,7 @@ std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShap
 std::size_t withoutRefuted(std::span<Patch> patches);
 
 /// The surfaces of one column, ascending, out of its patches, which get sorted. Patches closer than `gap` (m) are one
-/// solid. Appended to `surfaces`, with all but slope, step and cost.
-void appendSurfaces(std::span<Patch> patches, double gap, std::vector<Support>& surfaces);
+/// solid; `step_height` (m) is what the robot steps over. Appended to `surfaces`, with all but slope, step and cost.
+void appendSurfaces(std::span<Patch> patches, double gap, double step_height, std::vector<Support>& surfaces);
 
 }  // namespace hgg

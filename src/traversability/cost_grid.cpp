@@ -67,6 +67,30 @@ double gentlerRise(const CostGrid& grid, std::int32_t column, std::int32_t row, 
   return best;
 }
 
+/// How far beyond an edge the bottom of a drop may come into view. m
+constexpr double kBeyondEdge = 2;
+
+/// How far the ground has fallen where it is seen again that way, behind columns in which nothing was seen; 0 when it
+/// goes on, or slopes no more than the robot can walk. An edge hides what lies right below it.
+double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
+                  const TraversabilityConfig& limits) {
+  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+  for (int k = 1; k * stride <= kBeyondEdge; ++k) {
+    const std::int32_t c = column + k * way.first, r = row + k * way.second;
+    if (!grid.shape.contains(c, r)) {
+      return 0;
+    }
+    const std::span<const Support> found = grid.column(grid.shape.cell(c, r));
+    if (found.empty()) {
+      continue;
+    }
+    const double fall = height - found.back().height;
+    const bool is_drop = k > 1 && fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree);
+    return is_drop ? fall : 0;
+  }
+  return 0;
+}
+
 std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfig& limits) {
   const double slope = s.slope / (limits.max_slope_deg * kDegree), step = s.step / limits.step_height;
   const double roughness = kUneven * s.roughness / limits.step_height;
@@ -84,12 +108,13 @@ std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfi
 void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits) {
   const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
   for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
-    Support& s = grid.surfaces[k];
+    Support& s = grid.supports[k];
     Around around;
     for (std::int32_t r = row - 1; r <= row + 1; ++r) {
       for (std::int32_t c = column - 1; c <= column + 1; ++c) {
         if ((c != column || r != row) && grid.shape.contains(c, r)) {
           lookAt(grid.column(grid.shape.cell(c, r)), s, limits, around);
+          around.step = std::max(around.step, dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits));
         }
       }
     }
@@ -110,7 +135,7 @@ void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int3
   }
 }
 
-CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape) {
+CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape, double step_height) {
   CostGrid grid{shape, {}, {}};
   const auto cells = static_cast<std::size_t>(shape.cells());
   std::vector<std::uint32_t> begin(cells + 1, 0);
@@ -128,11 +153,11 @@ CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape) {
   patches = std::move(sorted);
   grid.first.reserve(cells + 1);
   for (std::size_t k = 0; k < cells; ++k) {
-    grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
+    grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
     const std::span<Patch> column(patches.data() + begin[k], patches.data() + begin[k + 1]);
-    appendSurfaces(column.first(withoutRefuted(column)), shape.resolution, grid.surfaces);
+    appendSurfaces(column.first(withoutRefuted(column)), shape.resolution, step_height, grid.supports);
   }
-  grid.first.push_back(static_cast<std::uint32_t>(grid.surfaces.size()));
+  grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
   return grid;
 }
 
@@ -145,7 +170,7 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
     }
   }
   std::vector<Patch> patches = patchesOf(sheets, shape);
-  CostGrid grid = gridOfPatches(patches, shape);
+  CostGrid grid = gridOfPatches(patches, shape, limits.step_height);
   sheets = {}, patches = {};
   fillGaps(grid, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {

@@ -19,11 +19,11 @@ inline bool isWalkable(std::uint8_t cost) { return cost <= kCostWorst; }
 struct CostGrid {
   GridShape shape;
   std::vector<std::uint32_t> first;  // of each cell: its first surface; one more entry than there are cells
-  std::vector<Support> surfaces;
+  std::vector<Support> supports;
 
   std::span<const Support> column(std::int32_t cell) const {
     const auto k = static_cast<std::size_t>(cell);
-    return {surfaces.data() + first[k], surfaces.data() + first[k + 1]};
+    return {supports.data() + first[k], supports.data() + first[k + 1]};
   }
 };
 
@@ -39,7 +39,7 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
 void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row);
 
 /// The surfaces of the columns out of the patches, in any order; the patches get sorted by cell.
-CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape);
+CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape, double step_height);
 
 /// The region that all solid nodes lie in; nothing when there are none.
 std::optional<GridRegion> regionOf(const Map& map);

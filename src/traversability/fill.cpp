@@ -76,20 +76,20 @@ std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::i
 void fillGaps(CostGrid& grid, const TraversabilityConfig& limits) {
   CostGrid filled{grid.shape, {}, {}};
   filled.first.reserve(grid.first.size());
-  filled.surfaces.reserve(grid.surfaces.size() * 5 / 4);
+  filled.supports.reserve(grid.supports.size() * 5 / 4);
   for (std::int32_t row = 0; row < grid.shape.height; ++row) {
     for (std::int32_t column = 0; column < grid.shape.width; ++column) {
-      filled.first.push_back(static_cast<std::uint32_t>(filled.surfaces.size()));
+      filled.first.push_back(static_cast<std::uint32_t>(filled.supports.size()));
       const std::span<const Support> seen = grid.column(grid.shape.cell(column, row));
-      filled.surfaces.insert(filled.surfaces.end(), seen.begin(), seen.end());
+      filled.supports.insert(filled.supports.end(), seen.begin(), seen.end());
       if (seen.empty()) {
         if (const std::optional<Support> s = between(grid, column, row, limits)) {
-          filled.surfaces.push_back(*s);
+          filled.supports.push_back(*s);
         }
       }
     }
   }
-  filled.first.push_back(static_cast<std::uint32_t>(filled.surfaces.size()));
+  filled.first.push_back(static_cast<std::uint32_t>(filled.supports.size()));
   grid = std::move(filled);
 }
 

@@ -10,14 +10,14 @@ namespace hgg {
 namespace {
 
 /// A metre of the worst ground costs as much as this many of good ground: the robot walks around it for as long.
-constexpr double kWorstFactor = 4;
+constexpr double kWorstFactor = 7;
 
 }  // namespace
 
 Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
     : grid_(grid), step_height_(limits.step_height) {
-  cell_of_.reserve(grid.surfaces.size());
-  clear_.reserve(grid.surfaces.size());
+  cell_of_.reserve(grid.supports.size());
+  clear_.reserve(grid.supports.size());
   const GridShape& shape = grid.shape;
   for (std::int32_t cell = 0; cell < shape.cells(); ++cell) {
     for (const Support& s : grid.column(cell)) {
@@ -29,7 +29,7 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
   const double radius = std::max(0.0, limits.footprint_radius - shape.resolution) / shape.resolution;  // cells
   const auto reach = static_cast<std::int32_t>(radius);
   for (std::uint32_t k = 0; k < cell_of_.size(); ++k) {
-    if (grid.surfaces[k].cost != kCostBlocked) {
+    if (grid.supports[k].cost != kCostBlocked) {
       continue;
     }
     const std::int32_t column = cell_of_[k] % shape.width, row = cell_of_[k] / shape.width;
@@ -40,7 +40,7 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
         }
         const auto cell = static_cast<std::size_t>(shape.cell(column + dc, row + dr));
         for (std::uint32_t other = grid.first[cell]; other < grid.first[cell + 1]; ++other) {
-          if (std::abs(grid.surfaces[other].height - grid.surfaces[k].height) <= step_height_) {
+          if (std::abs(grid.supports[other].height - grid.supports[k].height) <= step_height_) {
             clear_[other] = 0;
           }
         }
@@ -52,14 +52,14 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
 Vec3 Footholds::place(std::uint32_t surface) const {
   const GridShape& shape = grid_.shape;
   const std::int32_t cell = cell_of_[surface];
-  return {shape.xOf(cell % shape.width), shape.yOf(cell / shape.width), grid_.surfaces[surface].height};
+  return {shape.xOf(cell % shape.width), shape.yOf(cell / shape.width), grid_.supports[surface].height};
 }
 
 std::int64_t Footholds::nearest(std::int32_t cell, double height, double reach) const {
   const auto k = static_cast<std::size_t>(cell);
   std::int64_t best = -1;
   for (std::uint32_t s = grid_.first[k]; s < grid_.first[k + 1]; ++s) {
-    const double difference = std::abs(grid_.surfaces[s].height - height);
+    const double difference = std::abs(grid_.supports[s].height - height);
     if (difference <= reach) {
       best = s, reach = difference;
     }
@@ -68,7 +68,7 @@ std::int64_t Footholds::nearest(std::int32_t cell, double height, double reach) 
 }
 
 double Footholds::price(std::uint32_t surface) const {
-  return 1 + (kWorstFactor - 1) * grid_.surfaces[surface].cost / kCostWorst;
+  return 1 + (kWorstFactor - 1) * grid_.supports[surface].cost / kCostWorst;
 }
 
 CostGrid withUnknownAsGround(const CostGrid& grid) {
@@ -97,19 +97,19 @@ CostGrid withUnknownAsGround(const CostGrid& grid) {
   }
   CostGrid out{shape, {}, {}};
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    out.first.push_back(static_cast<std::uint32_t>(out.surfaces.size()));
+    out.first.push_back(static_cast<std::uint32_t>(out.supports.size()));
     for (Support s : grid.column(static_cast<std::int32_t>(cell))) {
       s.cost = s.cost == kCostUnknown ? kCostWorst : s.cost;
-      out.surfaces.push_back(s);
+      out.supports.push_back(s);
     }
     if (grid.column(static_cast<std::int32_t>(cell)).empty() && !std::isnan(height[cell])) {
       Support s;
       s.height = s.bottom = s.top = height[cell];
       s.cost = kCostWorst, s.seen = false;
-      out.surfaces.push_back(s);
+      out.supports.push_back(s);
     }
   }
-  out.first.push_back(static_cast<std::uint32_t>(out.surfaces.size()));
+  out.first.push_back(static_cast<std::uint32_t>(out.supports.size()));
   return out;
 }
 

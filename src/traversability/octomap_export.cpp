@@ -1,7 +1,9 @@
 #include "traversability/octomap_export.h"
 
+#include <fmt/format.h>
 #include <octomap/OcTree.h>
 
+#include <memory>
 #include <sstream>
 
 namespace hgg {
@@ -17,23 +19,34 @@ std::unique_ptr<octomap::OcTree> treeOf(const VoxelGrid& voxels) {
   return tree;
 }
 
+/// OctoMap's own functions for whole files print; the head is written here and the data by them.
+std::string withHead(const char* first_lines, const octomap::OcTree& tree, const std::string& data) {
+  return fmt::format("{}id {}\nsize {}\nres {}\ndata\n", first_lines, tree.getTreeType(), tree.size(),
+                     tree.getResolution()) +
+         data;
+}
+
 }  // namespace
 
 std::string octomapBinary(const VoxelGrid& voxels) {
   const auto tree = treeOf(voxels);
   tree->toMaxLikelihood();
   tree->prune();
-  std::ostringstream out;
-  tree->writeBinaryConst(out);
-  return std::move(out).str();
+  std::ostringstream data;
+  tree->writeBinaryData(data);
+  return withHead(
+      "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n",
+      *tree, std::move(data).str());
 }
 
 std::string octomapFull(const VoxelGrid& voxels) {
   const auto tree = treeOf(voxels);
   tree->prune();
-  std::ostringstream out;
-  tree->write(out);
-  return std::move(out).str();
+  std::ostringstream data;
+  tree->writeData(data);
+  return withHead(
+      "# Octomap OcTree file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n", *tree,
+      std::move(data).str());
 }
 
 }  // namespace hgg

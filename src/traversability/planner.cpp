@@ -37,7 +37,7 @@ Result<std::uint32_t> anchorOf(const Footholds& holds, const TraversabilityConfi
                            ? fmt::format("{} lies on unknown ground", where)
                            : fmt::format("{} has no ground within {} m of height {:.2f}", where, kHeightReach, height));
   }
-  const Support& s = holds.grid().surfaces[static_cast<std::size_t>(here)];
+  const Support& s = holds.grid().supports[static_cast<std::size_t>(here)];
   if (!isWalkable(s.cost)) {
     return Found::fail(
         fmt::format("{} lies {}", where, s.cost == kCostBlocked ? "in an obstacle" : "on ground that is hardly known"));
@@ -70,14 +70,14 @@ double stepCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
 Way search(const Footholds& holds, std::uint32_t start, std::uint32_t goal) {
   const GridShape& shape = holds.grid().shape;
   constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<float> cost(holds.grid().surfaces.size(), std::numeric_limits<float>::infinity());
-  std::vector<std::uint32_t> from(holds.grid().surfaces.size(), kNone);
+  std::vector<float> cost(holds.grid().supports.size(), std::numeric_limits<float>::infinity());
+  std::vector<std::uint32_t> from(holds.grid().supports.size(), kNone);
   using Open = std::pair<float, std::uint32_t>;  // cost of the way through it at least; ties by index
   std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
   const Vec3 p_goal = holds.place(goal);
   cost[start] = 0;
   open.emplace(0.0F, start);
-  std::vector<bool> closed(holds.grid().surfaces.size(), false);
+  std::vector<bool> closed(holds.grid().supports.size(), false);
   while (!open.empty()) {
     const std::uint32_t here = open.top().second;
     open.pop();
@@ -96,7 +96,7 @@ Way search(const Footholds& holds, std::uint32_t start, std::uint32_t goal) {
         }
         const auto cell = static_cast<std::size_t>(shape.cell(c, r));
         for (std::uint32_t next = holds.grid().first[cell]; next < holds.grid().first[cell + 1]; ++next) {
-          const double rise = holds.grid().surfaces[next].height - holds.grid().surfaces[here].height;
+          const double rise = holds.grid().supports[next].height - holds.grid().supports[here].height;
           if (!holds.isClear(next) || closed[next] || std::abs(rise) > holds.stepHeight()) {
             continue;
           }
@@ -131,12 +131,12 @@ double legCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
   for (int k = 1; k <= steps; ++k) {
     Vec3 p = from + (to - from) * k / steps;
     const std::int64_t next = holds.nearest(shape.cell(shape.columnOf(p.x()), shape.rowOf(p.y())),
-                                            holds.grid().surfaces[last].height, holds.stepHeight());
+                                            holds.grid().supports[last].height, holds.stepHeight());
     if (next < 0 || !holds.isClear(static_cast<std::uint32_t>(next))) {
       return std::numeric_limits<double>::infinity();
     }
     const auto surface = static_cast<std::uint32_t>(next);
-    p.z() = holds.grid().surfaces[surface].height;
+    p.z() = holds.grid().supports[surface].height;
     cost += (p - p_last).norm() * (holds.price(last) + holds.price(surface)) / 2;
     last = surface, p_last = p;
   }
@@ -170,7 +170,7 @@ Plan planOf(const Footholds& holds, const Way& way, const PlanRequest& request) 
   plan.worst_confidence = 1;
   for (const std::uint32_t k : way) {
     plan.path.push_back(holds.place(k));
-    plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().surfaces[k].confidence);
+    plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[k].confidence);
   }
   plan.path.front().head<2>() = Eigen::Vector2d(request.from.x, request.from.y);
   if (plan.path.size() == 1) {
@@ -199,7 +199,7 @@ Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const Pl
   if (!way.empty()) {
     Plan plan = planOf(holds, straightened(holds, way), request);
     for (std::size_t k = 0; k < way.size(); ++k) {
-      plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().surfaces[way[k]].confidence);
+      plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[way[k]].confidence);
       plan.cost += k > 0 ? stepCost(holds, way[k - 1], way[k]) : 0;
     }
     return plan;
