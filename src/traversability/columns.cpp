@@ -25,10 +25,10 @@ constexpr double kHalfDensity = 0.5;
 constexpr float kCloud = 0.05F;
 /// A top with more than this share of its points on walls is no ground; the edge of a stair has some of both.
 constexpr double kMostSteep = 0.8;
+/// Ground with less than this share of the points of what lies above it was not seen through below that.
+constexpr float kLeastUnderCover = 0.25F;
 /// A patch with less than this share of the points of the densest in its column is stray.
 constexpr float kStray = 0.05F;
-/// How much denser finer leaves are that make a cloud obsolete.
-constexpr float kMoreThan = 4;
 
 /// A sheet that the eye looks up at by more than this is seen from below; what leans by less may be noise of its
 /// normal. rad
@@ -72,16 +72,17 @@ class Raster {
     bin.sum += p.z(), bin.count += 1;
   }
 
-  void flush(const LeafSheet& sheet, double views, bool carries, const GridShape& shape,
-             std::vector<Patch>& patches) const {
+  void flush(const PlacedSheet& placed, std::int32_t index, const GridShape& shape, std::vector<Patch>& patches) const {
+    const LeafSheet& sheet = placed.sheet;
     const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
-    const double trust = views / (views + 1);
+    const double trust = placed.views / (placed.views + 1.0);
     Patch patch;
+    patch.sheet = index;
     patch.density = static_cast<float>(trust * densityOf(sheet));
     patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
     patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
-    patch.carries = carries;
+    patch.carries = placed.carries;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
         const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
@@ -105,15 +106,21 @@ class Raster {
   std::vector<Bin> bins_;
 };
 
+/// Height up to which a patch fills the column: ground is as high as its sheet, and its thickness is noise.
+float levelOf(const Patch& p) { return p.carries ? p.height : p.top; }
+
 /// The surface on a solid made of `patches`, which reaches up to `top`.
 Support surfaceOf(std::span<const Patch> patches, float bottom, float top, double step_height) {
   double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
-  float ground = -std::numeric_limits<float>::infinity();
+  float ground = -std::numeric_limits<float>::infinity(), level = ground;
   for (const Patch& p : patches) {
+    level = std::max(level, levelOf(p));
     if (p.carries) {
       ground = std::max(ground, p.height), ground_density += p.density;
     }
-    if (p.top < top - kSameTop) {
+  }
+  for (const Patch& p : patches) {
+    if (levelOf(p) < level - kSameTop) {
       continue;
     }
     const double w = 1e-6 + p.density;
@@ -126,8 +133,8 @@ Support surfaceOf(std::span<const Patch> patches, float bottom, float top, doubl
   const bool is_flat = no_ground <= kMostSteep * weight;
   s.bottom = bottom, s.top = top;
   // A riser whose tread begins in the next column: what is no higher than a step is stepped on.
-  s.carries = is_flat || top - ground <= step_height;
-  s.height = is_flat ? static_cast<float>(mean) : top;
+  s.carries = is_flat || level - ground <= step_height;
+  s.height = is_flat ? static_cast<float>(mean) : level;
   s.roughness = is_flat ? static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean)))) : 0;
   density = is_flat ? density : ground_density;
   s.confidence = static_cast<float>(density / (density + kHalfDensity));
@@ -166,32 +173,27 @@ std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShap
   for (const PlacedSheet& placed : sheets) {
     if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
       forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
-      raster.flush(placed.sheet, placed.views, placed.carries, shape, patches);
+      raster.flush(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
     }
   }
   return patches;
 }
 
-std::size_t withoutRefuted(std::span<Patch> patches) {
-  float densest = 0;
-  for (const Patch& p : patches) {
-    densest = std::max(densest, p.density);
+Verdict verdictOn(std::span<const Patch> column, std::size_t k) {
+  const Patch& p = column[k];
+  float densest = 0, finer = 0, cover = 0;
+  for (const Patch& other : column) {
+    densest = std::max(densest, other.density);
+    const bool is_within = other.height >= p.bottom && other.height <= p.top;
+    const bool says_the_same = p.fuzz > kCloud || (p.carries && other.carries);
+    finer += is_within && says_the_same && 2 * other.reach <= p.reach ? other.density : 0;
+    cover += other.carries && other.bottom > p.top + kSameTop ? other.density : 0;
   }
-  const auto is_refuted = [&](const Patch& p) {
-    if (p.density < kStray * densest) {
-      return true;
-    }
-    float finer = 0;
-    for (const Patch& fine : patches) {
-      const bool is_within = fine.height >= p.bottom && fine.height <= p.top;
-      finer += is_within && 2 * fine.reach <= p.reach ? fine.density : 0;
-    }
-    return p.fuzz > kCloud && finer >= kMoreThan * p.density;
-  };
-  std::vector<Patch> kept;
-  std::ranges::copy_if(patches, std::back_inserter(kept), [&](const Patch& p) { return !is_refuted(p); });
-  std::ranges::copy(kept, patches.begin());
-  return kept.size();
+  if (finer >= p.density) {
+    return Verdict::kObsolete;
+  }
+  const bool is_hidden = p.carries && p.density < kLeastUnderCover * cover;
+  return is_hidden || p.density < kStray * densest ? Verdict::kStray : Verdict::kHolds;
 }
 
 void appendSurfaces(std::span<Patch> patches, double gap, double step_height, std::vector<Support>& surfaces) {

@@ -12,6 +12,7 @@ namespace hgg {
 /// What one leaf says of one column of a grid.
 struct Patch {
   std::int32_t cell = 0;
+  std::int32_t sheet = 0;     // index of the leaf's sheet
   float bottom = 0, top = 0;  // m, map frame: what the leaf takes up of the column, its thickness included
   float height = 0;           // m, of the sheet
   float density = 0;          // points on the area of a foot
@@ -53,12 +54,21 @@ void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, s
 /// The patches of the sheets, in their order.
 std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
 
-/// Takes out the patches that others of the column contradict. Returns how many are left, at the front, in their order.
-/// - Leaves that are coarse and no thin sheet are a first, distant look at a place, in which several surfaces are one
-///   cloud. Where leaves half as large have more points within the height of such a patch, they say what is there.
-/// - A few points in front of or above a surface with many: beams went through there, so these are returns from the
-///   edge of something else, or points of things that have left.
-std::size_t withoutRefuted(std::span<Patch> patches);
+/// What the rest of a column says of one of its patches.
+enum class Verdict : std::uint8_t {
+  kHolds,
+  /// Coarse leaves are a first, distant look at a place: ground that is known better by now or, where they are no thin
+  /// sheet, a cloud of several surfaces. Leaves half as large with as many points within the height of the patch say
+  /// what is there.
+  kObsolete,
+  /// A few points in front of or above a surface with many: beams went through there, so these are returns from the
+  /// edge of something else, or of things that have left. Or a little ground under something that was seen well from
+  /// above: nobody looked there, its leaf lies around it.
+  kStray
+};
+
+/// The verdict on patch `k` of a column.
+Verdict verdictOn(std::span<const Patch> column, std::size_t k);
 
 /// The surfaces of one column, ascending, out of its patches, which get sorted. Patches closer than `gap` (m) are one
 /// solid; `step_height` (m) is what the robot steps over. Appended to `surfaces`, with all but slope, step and cost.

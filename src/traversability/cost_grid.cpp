@@ -125,6 +125,48 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
   }
 }
 
+/// Sorts patches by cell, in their order within one; returns where each cell begins, and the end.
+std::vector<std::uint32_t> sortByCell(std::vector<Patch>& patches, const GridShape& shape) {
+  std::vector<std::uint32_t> begin(static_cast<std::size_t>(shape.cells()) + 1, 0);
+  for (const Patch& p : patches) {
+    ++begin[static_cast<std::size_t>(p.cell) + 1];
+  }
+  for (std::size_t k = 1; k < begin.size(); ++k) {
+    begin[k] += begin[k - 1];
+  }
+  std::vector<Patch> sorted(patches.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (const Patch& p : patches) {
+    sorted[next[static_cast<std::size_t>(p.cell)]++] = p;
+  }
+  patches = std::move(sorted);
+  return begin;
+}
+
+/// The verdict on every patch. A leaf that is obsolete in half of its columns is so in all: what could be seen where it
+/// lies has been seen better, and the rest of it lies where nobody looked, as under a car.
+std::vector<Verdict> verdictsOn(const std::vector<Patch>& patches, const std::vector<std::uint32_t>& begin,
+                                std::size_t sheets) {
+  std::vector<Verdict> verdicts(patches.size());
+  std::vector<std::uint32_t> columns(sheets, 0), obsolete(sheets, 0);
+  for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
+    const std::span<const Patch> column(patches.data() + begin[cell], patches.data() + begin[cell + 1]);
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      const Verdict verdict = verdictOn(column, k);
+      const auto sheet = static_cast<std::size_t>(column[k].sheet);
+      verdicts[begin[cell] + k] = verdict;
+      columns[sheet] += 1, obsolete[sheet] += verdict == Verdict::kObsolete ? 1 : 0;
+    }
+  }
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const auto sheet = static_cast<std::size_t>(patches[k].sheet);
+    if (2 * obsolete[sheet] >= columns[sheet]) {
+      verdicts[k] = Verdict::kObsolete;
+    }
+  }
+  return verdicts;
+}
+
 }  // namespace
 
 void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row) {
@@ -135,27 +177,21 @@ void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int3
   }
 }
 
-CostGrid gridOfPatches(std::vector<Patch>& patches, const GridShape& shape, double step_height) {
+CostGrid gridOfPatches(std::vector<Patch>& patches, std::size_t sheets, const GridShape& shape, double step_height) {
+  const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
+  const std::vector<Verdict> verdicts = verdictsOn(patches, begin, sheets);
   CostGrid grid{shape, {}, {}};
-  const auto cells = static_cast<std::size_t>(shape.cells());
-  std::vector<std::uint32_t> begin(cells + 1, 0);
-  for (const Patch& p : patches) {
-    ++begin[static_cast<std::size_t>(p.cell) + 1];
-  }
-  for (std::size_t k = 0; k < cells; ++k) {
-    begin[k + 1] += begin[k];
-  }
-  std::vector<Patch> sorted(patches.size());
-  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for (const Patch& p : patches) {
-    sorted[next[static_cast<std::size_t>(p.cell)]++] = p;
-  }
-  patches = std::move(sorted);
-  grid.first.reserve(cells + 1);
-  for (std::size_t k = 0; k < cells; ++k) {
+  grid.first.reserve(begin.size());
+  std::vector<Patch> column;
+  for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
     grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
-    const std::span<Patch> column(patches.data() + begin[k], patches.data() + begin[k + 1]);
-    appendSurfaces(column.first(withoutRefuted(column)), shape.resolution, step_height, grid.supports);
+    column.clear();
+    for (std::uint32_t k = begin[cell]; k < begin[cell + 1]; ++k) {
+      if (verdicts[k] == Verdict::kHolds) {
+        column.push_back(patches[k]);
+      }
+    }
+    appendSurfaces(column, shape.resolution, step_height, grid.supports);
   }
   grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
   return grid;
@@ -170,7 +206,7 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
     }
   }
   std::vector<Patch> patches = patchesOf(sheets, shape);
-  CostGrid grid = gridOfPatches(patches, shape, limits.step_height);
+  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
   sheets = {}, patches = {};
   fillGaps(grid, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {
