@@ -19,6 +19,8 @@ constexpr std::size_t kEyes = 3;
 constexpr std::size_t kMaxBricks = 1'000'000;
 /// Most samples that all leaves may ask for, some minutes of work.
 constexpr double kMaxSamples = 2e9;
+/// Rays end this far apart on a sheet: free space is wider than surfaces are thick. m
+constexpr double kRaySpacing = 0.4;
 /// A ray ends this many voxels before its sheet, which is as thick as its voxels.
 constexpr double kShortOf = 1;
 
@@ -197,8 +199,7 @@ Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const Sh
   }
   for (const SeenSheet& s : scene.sheets) {
     for (const Vec3& eye : scene.eyes[s.eyes]) {
-      // One ray every two voxels: free space is wider than surfaces are thick.
-      forEachSample(s.sheet, 2 * options.resolution, [&](const Vec3& p) { castFree(eye, p, options, grid); });
+      forEachSample(s.sheet, std::max(kRaySpacing, 2 * options.resolution), [&](const Vec3& p) { castFree(eye, p, options, grid); });
     }
     if (!tell()) {
       return too_fine();
