@@ -113,8 +113,10 @@ float levelOf(const Patch& p) { return p.carries ? p.height : p.top; }
 Support surfaceOf(std::span<const Patch> patches, float bottom, float top, double step_height) {
   double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
   float ground = -std::numeric_limits<float>::infinity(), level = ground;
+  Support s;
   for (const Patch& p : patches) {
     level = std::max(level, levelOf(p));
+    s.density = std::max(s.density, p.density);
     if (p.carries) {
       ground = std::max(ground, p.height), ground_density += p.density;
     }
@@ -128,7 +130,6 @@ Support surfaceOf(std::span<const Patch> patches, float bottom, float top, doubl
     square_sum += w * (square(p.thickness) + square(p.height));
     density += p.carries ? p.density : 0;
   }
-  Support s;
   const double mean = height / weight;
   const bool is_flat = no_ground <= kMostSteep * weight;
   s.bottom = bottom, s.top = top;

@@ -31,6 +31,7 @@ struct Support {
   float roughness = 0;        // m
   float clearance = 0;        // m; infinite: nothing above
   float confidence = 0;       // 0..1
+  float density = 0;          // points on the area of a foot, of the densest leaf of the solid
   float reach = 0;            // m, edge of the cell of surface that its leaves stand for
   std::uint8_t cost = 0;      // hgg.traversability_t
   bool carries = true;        // false: a wall, a pole, a ceiling

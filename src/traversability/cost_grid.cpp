@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/units.h"
+#include "traversability/enclosed.h"
 #include "traversability/fill.h"
 
 namespace hgg {
@@ -70,8 +72,12 @@ double gentlerRise(const CostGrid& grid, std::int32_t column, std::int32_t row, 
 /// How far beyond an edge the bottom of a drop may come into view. m
 constexpr double kBeyondEdge = 2;
 
-/// How far the ground has fallen where it is seen again that way, behind columns in which nothing was seen; 0 when it
-/// goes on, or slopes no more than the robot can walk. An edge hides what lies right below it.
+/// A leaf may reach a cell beyond the edge that it ends at.
+constexpr int kOvershoot = 2;  // cells in which an edge is looked for whatever is in between
+
+/// How far the ground has fallen that way, next to the surface or where it is seen again behind columns in which
+/// nothing was seen; 0 when it goes on, or slopes no more than the robot can walk. An edge hides what lies right below
+/// it.
 double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
                   const TraversabilityConfig& limits) {
   const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
@@ -84,9 +90,17 @@ double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, s
     if (found.empty()) {
       continue;
     }
-    const double fall = height - found.back().height;
-    const bool is_drop = k > 1 && fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree);
-    return is_drop ? fall : 0;
+    // The highest surface below or about here: what is above hangs over both.
+    double fall = std::numeric_limits<double>::infinity();
+    for (const Support& s : found) {
+      fall = std::min(fall, std::max(0.0, static_cast<double>(height) - s.top));
+    }
+    if (fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
+      return fall;
+    }
+    if (k >= kOvershoot) {
+      return 0;
+    }
   }
   return 0;
 }
@@ -122,6 +136,9 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
     s.slope = static_cast<float>(std::atan(std::hypot(gentlerRise(grid, column, row, {1, 0}, s.height),
                                                       gentlerRise(grid, column, row, {0, 1}, s.height))));
     s.cost = costOf(s, around.obstructed, limits);
+    if (isWalkable(s.cost) && isEnclosed(grid, column, row, s, limits)) {
+      s.cost = kCostUnknown;
+    }
   }
 }
 

@@ -199,7 +199,8 @@ Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const Sh
   }
   for (const SeenSheet& s : scene.sheets) {
     for (const Vec3& eye : scene.eyes[s.eyes]) {
-      forEachSample(s.sheet, std::max(kRaySpacing, 2 * options.resolution), [&](const Vec3& p) { castFree(eye, p, options, grid); });
+      forEachSample(s.sheet, std::max(kRaySpacing, 2 * options.resolution),
+                    [&](const Vec3& p) { castFree(eye, p, options, grid); });
     }
     if (!tell()) {
       return too_fine();

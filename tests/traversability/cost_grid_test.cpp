@@ -182,6 +182,18 @@ TEST(CostGrid, AFewScatteredPointsInOneLeafAreNoWall) {
   EXPECT_TRUE(isFree(world.grid(), 0.05, 0.05));
 }
 
+TEST(CostGrid, GroundInsideACarOfWhichOnlyTheSidesWereSeenIsUnknown) {
+  SurfacesWorld world;
+  world.addFloor(-3, -3, 3, 3, 0, 2);
+  world.addSides(-0.9, -1.5, 0.9, 1.5, 0.25, 1.2, 100);
+  EXPECT_FALSE(isFree(world.grid(), 0.05, 0.05));
+  EXPECT_TRUE(isFree(world.grid(), 1.55, 0.05)) << "beside it";
+  SurfacesWorld room;  // as well known as its walls: a place to be
+  room.addFloor(-3, -3, 3, 3, 0, 30);
+  room.addSides(-0.9, -1.5, 0.9, 1.5, 0, 1.2, 30);
+  EXPECT_TRUE(isFree(room.grid(), 0.05, 0.05));
+}
+
 TEST(CostGrid, ADoubtfulObjectIsNotInTheWay) {
   SurfacesWorld world;
   world.addFloor(-2, -2, 2, 2);
