@@ -72,11 +72,12 @@ class Raster {
     bin.sum += p.z(), bin.count += 1;
   }
 
-  void flush(const PlacedSheet& placed, std::int32_t index, const GridShape& shape, std::vector<Patch>& patches) const {
+  void flush(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+             std::vector<SheetPatch>& patches) const {
     const LeafSheet& sheet = placed.sheet;
     const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
     const double trust = placed.views / (placed.views + 1.0);
-    Patch patch;
+    SheetPatch patch;
     patch.sheet = index;
     patch.density = static_cast<float>(trust * densityOf(sheet));
     patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
@@ -107,21 +108,21 @@ class Raster {
 };
 
 /// Height up to which a patch fills the column: ground is as high as its sheet, and its thickness is noise.
-float levelOf(const Patch& p) { return p.carries ? p.height : p.top; }
+float levelOf(const SheetPatch& p) { return p.carries ? p.height : p.top; }
 
 /// The surface on a solid made of `patches`, which reaches up to `top`.
-Support surfaceOf(std::span<const Patch> patches, float bottom, float top, double step_height) {
+Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, double step_height) {
   double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
   float ground = -std::numeric_limits<float>::infinity(), level = ground;
   Support s;
-  for (const Patch& p : patches) {
+  for (const SheetPatch& p : patches) {
     level = std::max(level, levelOf(p));
     s.density = std::max(s.density, p.density);
     if (p.carries) {
       ground = std::max(ground, p.height), ground_density += p.density;
     }
   }
-  for (const Patch& p : patches) {
+  for (const SheetPatch& p : patches) {
     if (levelOf(p) < level - kSameTop) {
       continue;
     }
@@ -164,12 +165,12 @@ void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, s
   }
 }
 
-std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
   PointDensity density;
   for (const PlacedSheet& placed : sheets) {
     density.add(placed.sheet);
   }
-  std::vector<Patch> patches;
+  std::vector<SheetPatch> patches;
   Raster raster;
   for (const PlacedSheet& placed : sheets) {
     if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
@@ -180,10 +181,10 @@ std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShap
   return patches;
 }
 
-Verdict verdictOn(std::span<const Patch> column, std::size_t k) {
-  const Patch& p = column[k];
+Verdict verdictOn(std::span<const SheetPatch> column, std::size_t k) {
+  const SheetPatch& p = column[k];
   float densest = 0, finer = 0, cover = 0;
-  for (const Patch& other : column) {
+  for (const SheetPatch& other : column) {
     densest = std::max(densest, other.density);
     const bool is_within = other.height >= p.bottom && other.height <= p.top;
     const bool says_the_same = p.fuzz > kCloud || (p.carries && other.carries);
@@ -197,8 +198,8 @@ Verdict verdictOn(std::span<const Patch> column, std::size_t k) {
   return is_hidden || p.density < kStray * densest ? Verdict::kStray : Verdict::kHolds;
 }
 
-void appendSurfaces(std::span<Patch> patches, double gap, double step_height, std::vector<Support>& surfaces) {
-  std::ranges::sort(patches, [](const Patch& a, const Patch& b) {
+void appendSurfaces(std::span<SheetPatch> patches, double gap, double step_height, std::vector<Support>& surfaces) {
+  std::ranges::sort(patches, [](const SheetPatch& a, const SheetPatch& b) {
     return std::tie(a.bottom, a.top, a.height, a.density) < std::tie(b.bottom, b.top, b.height, b.density);
   });
   const std::size_t first_surface = surfaces.size();

@@ -10,7 +10,7 @@
 namespace hgg {
 
 /// What one leaf says of one column of a grid.
-struct Patch {
+struct SheetPatch {
   std::int32_t cell = 0;
   std::int32_t sheet = 0;     // index of the leaf's sheet
   float bottom = 0, top = 0;  // m, map frame: what the leaf takes up of the column, its thickness included
@@ -53,7 +53,7 @@ struct PlacedSheet {
 void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
 
 /// The patches of the sheets, in their order.
-std::vector<Patch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
 
 /// What the rest of a column says of one of its patches.
 enum class Verdict : std::uint8_t {
@@ -69,10 +69,10 @@ enum class Verdict : std::uint8_t {
 };
 
 /// The verdict on patch `k` of a column.
-Verdict verdictOn(std::span<const Patch> column, std::size_t k);
+Verdict verdictOn(std::span<const SheetPatch> column, std::size_t k);
 
 /// The surfaces of one column, ascending, out of its patches, which get sorted. Patches closer than `gap` (m) are one
 /// solid; `step_height` (m) is what the robot steps over. Appended to `surfaces`, with all but slope, step and cost.
-void appendSurfaces(std::span<Patch> patches, double gap, double step_height, std::vector<Support>& surfaces);
+void appendSurfaces(std::span<SheetPatch> patches, double gap, double step_height, std::vector<Support>& surfaces);
 
 }  // namespace hgg

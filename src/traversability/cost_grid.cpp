@@ -143,17 +143,17 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
 }
 
 /// Sorts patches by cell, in their order within one; returns where each cell begins, and the end.
-std::vector<std::uint32_t> sortByCell(std::vector<Patch>& patches, const GridShape& shape) {
+std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const GridShape& shape) {
   std::vector<std::uint32_t> begin(static_cast<std::size_t>(shape.cells()) + 1, 0);
-  for (const Patch& p : patches) {
+  for (const SheetPatch& p : patches) {
     ++begin[static_cast<std::size_t>(p.cell) + 1];
   }
   for (std::size_t k = 1; k < begin.size(); ++k) {
     begin[k] += begin[k - 1];
   }
-  std::vector<Patch> sorted(patches.size());
+  std::vector<SheetPatch> sorted(patches.size());
   std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
-  for (const Patch& p : patches) {
+  for (const SheetPatch& p : patches) {
     sorted[next[static_cast<std::size_t>(p.cell)]++] = p;
   }
   patches = std::move(sorted);
@@ -162,12 +162,12 @@ std::vector<std::uint32_t> sortByCell(std::vector<Patch>& patches, const GridSha
 
 /// The verdict on every patch. A leaf that is obsolete in half of its columns is so in all: what could be seen where it
 /// lies has been seen better, and the rest of it lies where nobody looked, as under a car.
-std::vector<Verdict> verdictsOn(const std::vector<Patch>& patches, const std::vector<std::uint32_t>& begin,
+std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const std::vector<std::uint32_t>& begin,
                                 std::size_t sheets) {
   std::vector<Verdict> verdicts(patches.size());
   std::vector<std::uint32_t> columns(sheets, 0), obsolete(sheets, 0);
   for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
-    const std::span<const Patch> column(patches.data() + begin[cell], patches.data() + begin[cell + 1]);
+    const std::span<const SheetPatch> column(patches.data() + begin[cell], patches.data() + begin[cell + 1]);
     for (std::size_t k = 0; k < column.size(); ++k) {
       const Verdict verdict = verdictOn(column, k);
       const auto sheet = static_cast<std::size_t>(column[k].sheet);
@@ -194,12 +194,13 @@ void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int3
   }
 }
 
-CostGrid gridOfPatches(std::vector<Patch>& patches, std::size_t sheets, const GridShape& shape, double step_height) {
+CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
+                       double step_height) {
   const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
   const std::vector<Verdict> verdicts = verdictsOn(patches, begin, sheets);
   CostGrid grid{shape, {}, {}};
   grid.first.reserve(begin.size());
-  std::vector<Patch> column;
+  std::vector<SheetPatch> column;
   for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
     grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
     column.clear();
@@ -222,7 +223,7 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
       appendSheets(map, node, shape, sheets);
     }
   }
-  std::vector<Patch> patches = patchesOf(sheets, shape);
+  std::vector<SheetPatch> patches = patchesOf(sheets, shape);
   CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
   sheets = {}, patches = {};
   fillGaps(grid, limits);

@@ -39,7 +39,8 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
 void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row);
 
 /// The surfaces of the columns out of the patches of so many sheets, in any order; the patches get sorted by cell.
-CostGrid gridOfPatches(std::vector<Patch>& patches, std::size_t sheets, const GridShape& shape, double step_height);
+CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
+                       double step_height);
 
 /// The region that all solid nodes lie in; nothing when there are none.
 std::optional<GridRegion> regionOf(const Map& map);
