@@ -126,6 +126,19 @@ void visitCorrection(Section& c, Visitor& visit) {
 }
 
 template <typename Section, typename Visitor>
+void visitTraversability(Section& c, Visitor& visit) {
+  visit("traversability", "resolution", c.resolution, KeyDoc{0.02, 2, "m", "edge of a cell of the cost grid"});
+  visit("traversability", "step_height", c.step_height,
+        KeyDoc{0.02, 1, "m", "highest step the robot takes, up or down"});
+  visit("traversability", "max_slope_deg", c.max_slope_deg, KeyDoc{1, 50, "deg", "steepest ground it walks on"});
+  visit("traversability", "body_height", c.body_height, KeyDoc{0.05, 5, "m", "free height it needs above the ground"});
+  visit("traversability", "footprint_radius", c.footprint_radius,
+        KeyDoc{0, 2, "m", "its centre stays this far from what it cannot walk on: half its width"});
+  visit("traversability", "min_confidence", c.min_confidence,
+        KeyDoc{0, 1, "", "ground known less well than this is unknown"});
+}
+
+template <typename Section, typename Visitor>
 void visitAblation(Section& c, Visitor& visit) {
   visit("ablation", "symmetric_merge", c.symmetric_merge,
         KeyDoc{0, 0, "", "for evaluation only: merge beliefs half and half, blind to their evidence"});
@@ -148,6 +161,7 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visitAlignment(c.alignment, visit);
   visitMap(c.map, visit);
   visitCorrection(c.correction, visit);
+  visitTraversability(c.traversability, visit);
   visitAblation(c.ablation, visit);
 }
 

@@ -71,6 +71,16 @@ struct CorrectionConfig {
   double drift_reach = 0.5;
 };
 
+/// What a legged robot can walk on, and the grid that says where it can.
+struct TraversabilityConfig {
+  double resolution = 0.1;
+  double step_height = 0.2;
+  double max_slope_deg = 30;
+  double body_height = 0.7;
+  double footprint_radius = 0.25;
+  double min_confidence = 0.1;
+};
+
 /// What the cost of a pair of objects is made of; all but the first are ablations.
 enum class PairCost : std::uint8_t { kWasserstein, kCentroid, kIou };
 
@@ -93,6 +103,7 @@ struct Config {
   AlignmentConfig alignment;
   MapConfig map;
   CorrectionConfig correction;
+  TraversabilityConfig traversability;
   AblationConfig ablation;
 };
 

@@ -139,6 +139,28 @@ expect 2 1 'none\.toml: cannot read the class table$' "$hggmap" align yard/map.h
 printf 'similar = []\n[[class]]\nid = 1\nname = "x"\nkind = "ignore"\n' > classes.toml
 says '^accepted: ' "$hggmap" align yard/map.hgg yard/map.hgg --classes classes.toml
 
+# Where one can walk: exports, plans and what they refuse.
+for format in bt ot grid; do
+  timeout 60 "$hggmap" export yard/map.hgg --format $format -o walk.$format --resolution 0.2 --region -5,-5,5,5 > stdout 2> stderr ||
+    complain "export --format $format: $(head -c 300 stderr)"
+  [ ! -s stderr ] || complain "export --format $format says on stderr: $(head -c 300 stderr)"
+  for resolution in 0 1e-9 nan -1; do
+    expect 2 1 'resolution' "$hggmap" export yard/map.hgg --format $format -o no --resolution $resolution
+  done
+  expect 2 1 'outside the map' "$hggmap" export yard/map.hgg --format $format -o no --region 9000,9000,9001,9001
+done
+[ -s walk.grid.pgm ] && [ -s walk.grid.layers.json ] && [ -s walk.grid.cost.npy ] || complain "the grid's files are missing"
+expect 2 1 'cells' "$hggmap" export yard/map.hgg --format grid -o no --region -9000,-9000,9000,9000
+for command in 'plan yard/map.hgg' 'plan yard/map.hgg --from 0,0' 'plan missing.hgg --from 0,0 --to 1,1' \
+  'plan yard/map.hgg --from 0 --to 1,1' 'plan yard/map.hgg --from 0,0 --to 1,1 --resolution 0' \
+  'plan yard/map.hgg --batch missing.jsonl'; do
+  # shellcheck disable=SC2086
+  expect 2 1 '.' "$hggmap" $command
+done
+timeout 60 "$hggmap" plan yard/map.hgg --from 0,0 --to 9000,0 --json > answer.json 2> stderr
+code=$?
+[ "$code" -eq 1 ] && grep -q '"found":false.*outside' answer.json || complain "a goal outside: exit $code, $(head -c 300 answer.json)"
+
 # Where the results go: each command to its own default, and nowhere at all on a bad URL's account.
 expect 2 1 '.' "$hggmap" replay text.log
 [ ! -e out/run ] || complain "replay wrote into out/run"

@@ -1,12 +1,15 @@
 #!/usr/bin/env python3
 """Draws an exported graph from above: leaves as dots of their size, objects as two-sigma ellipses, edges, keyframes.
 
-usage: tools/draw_map.py GRAPH.json -o PICTURE.png [--region x0,y0,x1,y1] [--names]
+usage: tools/draw_map.py GRAPH.json -o PICTURE.png [--region x0,y0,x1,y1] [--names] [--grid F.layers.json] [--plan PLAN.json]
 example: hggmap export map.hgg --format json -o map.json && tools/draw_map.py map.json -o map.png
+With --grid (hggmap export --format grid) also where a robot can walk: green well, red not at all; with --plan (hggmap plan
+--json) a path on it.
 Needs python3-matplotlib and python3-numpy.
 """
 import argparse
 import json
+import os
 import sys
 
 try:
@@ -46,12 +49,27 @@ def add(axes, gaussians, sigmas, **style):
             EllipseCollection(widths, heights, angles, units="xy", offsets=centres, transOffset=axes.transData, **style))
 
 
+def add_grid(axes, file):
+    """Level 0 of an exported grid under everything else."""
+    grid = json.load(open(file))
+    cost = np.load(os.path.join(os.path.dirname(file), grid["layers"]["cost"]["file"]))[0]
+    picture = np.zeros((*cost.shape, 4))
+    walkable = cost <= 252
+    worse = cost / 252
+    picture[walkable] = np.stack([0.2 + 0.7 * worse, 0.75 - 0.2 * worse, np.full_like(worse, 0.3), np.full_like(worse, 0.6)], -1)[walkable]
+    picture[cost == 254] = (0.8, 0.1, 0.1, 0.6)
+    (x, y), r = grid["origin"], grid["resolution"]
+    axes.imshow(picture, origin="lower", extent=(x, x + r * cost.shape[1], y, y + r * cost.shape[0]), zorder=0, interpolation="nearest")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("graph")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--region", help="x0,y0,x1,y1 in metres")
     parser.add_argument("--names", action="store_true", help="write class names beside things")
+    parser.add_argument("--grid", help="F.layers.json of hggmap export --format grid")
+    parser.add_argument("--plan", help="the answer of hggmap plan --json")
     args = parser.parse_args()
     graph = json.load(open(args.graph))
     labels = sorted({o["label"] for o in graph["objects"]})
@@ -71,6 +89,11 @@ def main():
     path = np.array([k["pose"][:2] for k in graph["keyframes"]])
     if len(path):
         axes.plot(path[:, 0], path[:, 1], "k.-", linewidth=1, markersize=3, label="keyframes")
+    if args.grid:
+        add_grid(axes, args.grid)
+    if args.plan:
+        plan = np.array(json.load(open(args.plan))["path"] or np.empty((0, 3)))
+        axes.plot(plan[:, 0], plan[:, 1], "-", color="#0030ff", linewidth=2.5, label="plan")
     if args.names:
         for o in graph["objects"]:
             if not o["stuff"]:

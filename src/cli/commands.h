@@ -12,6 +12,7 @@ void addReplay(CLI::App& app, Action& action);
 void addExport(CLI::App& app, Action& action);
 void addAlign(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
+void addPlan(CLI::App& app, Action& action);
 
 /// All of them, in the order of --help.
 void addCommands(CLI::App& app, Action& action);

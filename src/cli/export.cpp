@@ -4,32 +4,101 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/progress_bar.h"
+#include "config.h"
 #include "core/text.h"
 #include "map/file.h"
+#include "traversability/grid_layers.h"
+#include "traversability/octomap_export.h"
 
 namespace hgg {
 namespace {
 
-/// A format: its name for --format, what --help says of it, and what writes it.
+struct ExportOptions {
+  std::string map, format, out, config;
+  std::vector<double> region;        // x0, y0, x1, y1; empty: all of the map
+  std::optional<double> resolution;  // m
+};
+
+/// The files of an export; what their names end with follows the name that was asked for.
+using Files = Result<std::vector<GridFile>>;
+
+Files one(std::string bytes) { return Files::ok({{"", std::move(bytes)}}); }
+
+/// The region that was asked for, or the whole map. An error where there is nothing.
+Result<GridRegion> regionFor(const StoredMap& stored, const ExportOptions& o) {
+  const std::optional<GridRegion> all = regionOf(stored.map);
+  if (!all) {
+    return Result<GridRegion>::fail(fmt::format("{}: the map is empty", o.map));
+  }
+  if (o.region.empty()) {
+    return Result<GridRegion>::ok(*all);
+  }
+  const GridRegion asked{o.region[0], o.region[1], o.region[2], o.region[3]};
+  if (asked.x_min > all->x_max || asked.x_max < all->x_min || asked.y_min > all->y_max || asked.y_max < all->y_min) {
+    return Result<GridRegion>::fail(
+        fmt::format("the region lies outside the map, which covers {:.1f},{:.1f},{:.1f},{:.1f}", all->x_min, all->y_min,
+                    all->x_max, all->y_max));
+  }
+  return Result<GridRegion>::ok(asked);
+}
+
+Files gridOf(const StoredMap& stored, const ExportOptions& o) {
+  const Result<LoadedConfig> config = loadConfig(o.config);
+  const Result<GridRegion> region = regionFor(stored, o);
+  if (!config || !region) {
+    return Files::fail(config ? region.error : config.error);
+  }
+  const TraversabilityConfig& limits = config->config.traversability;
+  const Result<GridShape> shape = gridShape(*region, o.resolution.value_or(limits.resolution));
+  if (!shape) {
+    return Files::fail(shape.error);
+  }
+  ProgressBar bar("grid");
+  const CostGrid grid = buildCostGrid(stored.map, *shape, limits, [&](double share) { bar.show(share, ""); });
+  bar.finish();
+  return Files::ok(
+      gridFiles(layersOf(grid, groundHeight(stored.map, grid)), std::filesystem::path(o.out).filename().string()));
+}
+
+template <std::string (*Write)(const VoxelGrid&)>
+Files octomapOf(const StoredMap& stored, const ExportOptions& o) {
+  const Result<LoadedConfig> config = loadConfig(o.config);
+  const Result<GridRegion> region = regionFor(stored, o);
+  if (!config || !region) {
+    return Files::fail(config ? region.error : config.error);
+  }
+  VoxelOptions options{o.resolution.value_or(config->config.traversability.resolution), std::nullopt};
+  if (!o.region.empty()) {
+    options.region = *region;
+  }
+  ProgressBar bar("octomap");
+  const Result<VoxelGrid> voxels = voxelsOf(stored.map, options, [&](double share) { bar.show(share, ""); });
+  bar.finish();
+  return voxels ? one(Write(*voxels)) : Files::fail(voxels.error);
+}
+
+/// A format: its name for --format, what --help says of it, and what makes it.
 struct Format {
   const char* name;
   const char* help;
-  std::string (*write)(const StoredMap& stored);
+  Files (*make)(const StoredMap& stored, const ExportOptions& o);
 };
 
 /// The one list of formats: what --format takes, explains and does.
-constexpr Format kFormats[] = {{"json", "graph with geometry", exportJson},
-                               {"ply", "one vertex a leaf Gaussian", exportPly}};
-
-struct ExportOptions {
-  std::string map, format, out;
-};
+constexpr Format kFormats[] = {
+    {"json", "graph with geometry", [](const StoredMap& s, const ExportOptions&) { return one(exportJson(s)); }},
+    {"ply", "one vertex a leaf Gaussian", [](const StoredMap& s, const ExportOptions&) { return one(exportPly(s)); }},
+    {"bt", "OctoMap, binary", octomapOf<octomapBinary>},
+    {"ot", "OctoMap with probabilities", octomapOf<octomapFull>},
+    {"grid", "where a robot can walk, for map_server and NumPy: F.yaml, F.pgm, F.layers.json, F.<layer>.npy", gridOf}};
 
 int exportMap(const ExportOptions& o) {
   const Result<StoredMap> stored = loadMap(o.map);
@@ -37,10 +106,15 @@ int exportMap(const ExportOptions& o) {
     return fail(stored.error);
   }
   // --format takes the names in kFormats only, so that there is one.
-  const Format& format = *std::ranges::find(kFormats, o.format, &Format::name);
-  std::ofstream file(o.out, std::ios::binary | std::ios::trunc);
-  if (!(file << format.write(*stored)) || !file.flush()) {
-    return fail(fmt::format("{}: cannot write the export", o.out));
+  const Files files = std::ranges::find(kFormats, o.format, &Format::name)->make(*stored, o);
+  if (!files) {
+    return fail(files.error);
+  }
+  for (const GridFile& f : *files) {
+    std::ofstream file(o.out + f.suffix, std::ios::binary | std::ios::trunc);
+    if (!(file << f.bytes) || !file.flush()) {
+      return fail(fmt::format("{}: cannot write the export", o.out + f.suffix));
+    }
   }
   return kDone;
 }
@@ -58,7 +132,14 @@ void addExport(CLI::App& app, Action& action) {
   command->add_option("MAP", o->map, "map.hgg")->required();
   command->add_option("--format", o->format, join(help, "; "))->required()->check(CLI::IsMember(names));
   command->add_option("-o,--output", o->out, "file to write")->required();
-  command->footer("Example:\n  hggmap export maps/drive/map.hgg --format json -o drive.json");
+  command->add_option("--region", o->region, "x0,y0,x1,y1 [m, map frame]; default: all of the map (bt, ot, grid)")
+      ->delimiter(',')
+      ->expected(4);
+  command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured (bt, ot, grid)");
+  command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability] (bt, ot, grid)");
+  command->footer(
+      "Examples:\n  hggmap export maps/drive/map.hgg --format json -o drive.json\n"
+      "  hggmap export maps/drive/map.hgg --format grid -o drive --region -20,-20,20,20 --resolution 0.1");
   command->callback([o, &action] { action = [o] { return exportMap(*o); }; });
 }
 

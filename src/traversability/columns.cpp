@@ -1,0 +1,221 @@
+#include "traversability/columns.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/units.h"
+#include "traversability/point_density.h"
+
+namespace hgg {
+namespace {
+
+/// Steeper is a wall whatever the robot: beyond the friction of any foot. rad
+constexpr double kSteepest = 55 * kDegree;
+/// A leaf this many times wider than thick shows which way its surface leans; a thinner one is a line.
+constexpr double kPlaneRatio = 2;
+/// Half the height of a slab with the same standard deviation.
+constexpr double kSlab = 1.7320508;  // sqrt(3)
+/// Patches whose tops are this near to the highest make the surface together: what passes over the same ground differ
+/// by through the error of the poses. m
+constexpr float kSameTop = 0.05F;
+/// Points on a foot at which the ground is half believed.
+constexpr double kHalfDensity = 0.5;
+/// A leaf with points farther than this from its sheet, one standard deviation, is a cloud: twice what range noise,
+/// poses and unmown grass make of ground. m
+constexpr float kCloud = 0.05F;
+/// A top with more than this share of its points on walls is no ground; the edge of a stair has some of both.
+constexpr double kMostSteep = 0.8;
+/// Ground with less than this share of the points of what lies above it was not seen through below that.
+constexpr float kLeastUnderCover = 0.25F;
+/// A patch with less than this share of the points of the densest in its column is stray.
+constexpr float kStray = 0.05F;
+
+/// A sheet that the eye looks up at by more than this is seen from below; what leans by less may be noise of its
+/// normal. rad
+constexpr double kLookUp = 3 * kDegree;
+
+/// True for ground: no wall, no pole, and nothing that was only seen from below, whose top nobody knows.
+bool isGround(const LeafSheet& sheet, const Vec3* p_eye) {
+  if (sheet.half_across <= 2 * kPlaneRatio * sheet.thickness) {
+    return std::abs(sheet.along.z()) < std::sin(kSteepest) && (p_eye == nullptr || p_eye->z() > sheet.centre.z());
+  }
+  const Vec3 up = sheet.normal.z() < 0 ? -sheet.normal : sheet.normal;
+  const Vec3 line = p_eye != nullptr ? *p_eye - sheet.centre : up;
+  return up.z() > std::cos(kSteepest) && up.dot(line) > -std::sin(kLookUp) * line.norm();
+}
+
+/// The columns under the bounding box of one sheet, with what its samples say in each.
+class Raster {
+ public:
+  /// False when no column of the grid is under the sheet.
+  bool begin(const LeafSheet& sheet, const GridShape& shape) {
+    const Vec3 half = halfBox(sheet);
+    const Vec3 low = sheet.centre - half, high = sheet.centre + half;
+    first_column_ = std::max(0, shape.columnOf(low.x())), first_row_ = std::max(0, shape.rowOf(low.y()));
+    const int last_column = std::min(shape.width - 1, shape.columnOf(high.x()));
+    const int last_row = std::min(shape.height - 1, shape.rowOf(high.y()));
+    width_ = last_column - first_column_ + 1, height_ = last_row - first_row_ + 1;
+    if (width_ <= 0 || height_ <= 0) {
+      return false;
+    }
+    bins_.assign(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), Bin{});
+    return true;
+  }
+
+  void add(const Vec3& p, const GridShape& shape) {
+    const int column = shape.columnOf(p.x()) - first_column_, row = shape.rowOf(p.y()) - first_row_;
+    if (column < 0 || row < 0 || column >= width_ || row >= height_) {
+      return;
+    }
+    Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+    bin.low = std::min(bin.low, p.z()), bin.high = std::max(bin.high, p.z());
+    bin.sum += p.z(), bin.count += 1;
+  }
+
+  void flush(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+             std::vector<SheetPatch>& patches) const {
+    const LeafSheet& sheet = placed.sheet;
+    const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
+    const double trust = placed.views / (placed.views + 1.0);
+    SheetPatch patch;
+    patch.sheet = index;
+    patch.density = static_cast<float>(trust * densityOf(sheet));
+    patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
+    patch.fuzz = static_cast<float>(sheet.thickness);
+    patch.reach = static_cast<float>(kSlab * sheet.half_along);
+    patch.carries = placed.carries;
+    for (int row = 0; row < height_; ++row) {
+      for (int column = 0; column < width_; ++column) {
+        const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+        if (bin.count > 0) {
+          patch.cell = shape.cell(first_column_ + column, first_row_ + row);
+          patch.bottom = static_cast<float>(bin.low - half_thickness);
+          patch.top = static_cast<float>(bin.high + half_thickness);
+          patch.height = static_cast<float>(bin.sum / bin.count);
+          patches.push_back(patch);
+        }
+      }
+    }
+  }
+
+ private:
+  struct Bin {
+    double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0;
+    int count = 0;
+  };
+  int first_column_ = 0, first_row_ = 0, width_ = 0, height_ = 0;
+  std::vector<Bin> bins_;
+};
+
+/// Height up to which a patch fills the column: ground is as high as its sheet, and its thickness is noise.
+float levelOf(const SheetPatch& p) { return p.carries ? p.height : p.top; }
+
+/// The surface on a solid made of `patches`, which reaches up to `top`.
+Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, double step_height) {
+  double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
+  float ground = -std::numeric_limits<float>::infinity(), level = ground;
+  Support s;
+  for (const SheetPatch& p : patches) {
+    level = std::max(level, levelOf(p));
+    s.density = std::max(s.density, p.density);
+    if (p.carries) {
+      ground = std::max(ground, p.height), ground_density += p.density;
+    }
+  }
+  for (const SheetPatch& p : patches) {
+    if (levelOf(p) < level - kSameTop) {
+      continue;
+    }
+    const double w = 1e-6 + p.density;
+    weight += w, height += w * p.height, no_ground += p.carries ? 0 : w, reach += w * p.reach;
+    square_sum += w * (square(p.thickness) + square(p.height));
+    density += p.carries ? p.density : 0;
+  }
+  const double mean = height / weight;
+  const bool is_flat = no_ground <= kMostSteep * weight;
+  s.bottom = bottom, s.top = top;
+  // A riser whose tread begins in the next column: what is no higher than a step is stepped on.
+  s.carries = is_flat || level - ground <= step_height;
+  s.height = is_flat ? static_cast<float>(mean) : level;
+  s.roughness = is_flat ? static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean)))) : 0;
+  density = is_flat ? density : ground_density;
+  s.confidence = static_cast<float>(density / (density + kHalfDensity));
+  s.reach = static_cast<float>(reach / weight);
+  s.clearance = std::numeric_limits<float>::infinity();
+  return s;
+}
+
+}  // namespace
+
+void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+  const auto anchor = static_cast<std::size_t>(node.anchor);
+  const Vec3* p_eye = nullptr;
+  Vec3 p_anchor;
+  if (node.anchor >= 0 && anchor < map.keyframes().poses().size()) {
+    p_anchor = map.keyframes().poses()[anchor].T_map_body.translation();
+    p_eye = &p_anchor;
+  }
+  for (const Leaf& leaf : leavesOf(node)) {
+    const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
+    const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+    if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
+        low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
+      sheets.push_back({sheet, node.views, isGround(sheet, p_eye)});
+    }
+  }
+}
+
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
+  PointDensity density;
+  for (const PlacedSheet& placed : sheets) {
+    density.add(placed.sheet);
+  }
+  std::vector<SheetPatch> patches;
+  Raster raster;
+  for (const PlacedSheet& placed : sheets) {
+    if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
+      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
+      raster.flush(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
+    }
+  }
+  return patches;
+}
+
+Verdict verdictOn(std::span<const SheetPatch> column, std::size_t k) {
+  const SheetPatch& p = column[k];
+  float densest = 0, finer = 0, cover = 0;
+  for (const SheetPatch& other : column) {
+    densest = std::max(densest, other.density);
+    const bool is_within = other.height >= p.bottom && other.height <= p.top;
+    const bool says_the_same = p.fuzz > kCloud || (p.carries && other.carries);
+    finer += is_within && says_the_same && 2 * other.reach <= p.reach ? other.density : 0;
+    cover += other.carries && other.bottom > p.top + kSameTop ? other.density : 0;
+  }
+  if (finer >= p.density) {
+    return Verdict::kObsolete;
+  }
+  const bool is_hidden = p.carries && p.density < kLeastUnderCover * cover;
+  return is_hidden || p.density < kStray * densest ? Verdict::kStray : Verdict::kHolds;
+}
+
+void appendSurfaces(std::span<SheetPatch> patches, double gap, double step_height, std::vector<Support>& surfaces) {
+  std::ranges::sort(patches, [](const SheetPatch& a, const SheetPatch& b) {
+    return std::tie(a.bottom, a.top, a.height, a.density) < std::tie(b.bottom, b.top, b.height, b.density);
+  });
+  const std::size_t first_surface = surfaces.size();
+  for (std::size_t begin = 0; begin < patches.size();) {
+    float top = patches[begin].top;
+    std::size_t end = begin + 1;
+    while (end < patches.size() && patches[end].bottom <= top + static_cast<float>(gap)) {
+      top = std::max(top, patches[end].top);
+      ++end;
+    }
+    surfaces.push_back(surfaceOf(patches.subspan(begin, end - begin), patches[begin].bottom, top, step_height));
+    begin = end;
+  }
+  for (std::size_t k = first_surface; k + 1 < surfaces.size(); ++k) {
+    surfaces[k].clearance = std::max(0.0F, surfaces[k + 1].bottom - surfaces[k].height);
+  }
+}
+
+}  // namespace hgg

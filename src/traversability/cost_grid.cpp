@@ -1,0 +1,278 @@
+#include "traversability/cost_grid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "core/units.h"
+#include "traversability/enclosed.h"
+#include "traversability/fill.h"
+
+namespace hgg {
+namespace {
+
+/// Half the height of a slab over its standard deviation, twice: how uneven ground of some roughness is altogether.
+constexpr double kUneven = 3.4641016;  // 2 sqrt(3)
+
+/// The surface of a column that a foot at `height` would step to: the nearest in height.
+const Support* nearestTo(std::span<const Support> column, float height) {
+  const Support* best = nullptr;
+  for (const Support& s : column) {
+    if (best == nullptr || std::abs(s.height - height) < std::abs(best->height - height)) {
+      best = &s;
+    }
+  }
+  return best;
+}
+
+/// What surrounds a surface: the columns beside it.
+struct Around {
+  double step = 0;          // m, largest difference to the surface a foot would step to
+  bool obstructed = false;  // something reaches into the space of the body
+};
+
+void lookAt(std::span<const Support> column, const Support& s, const TraversabilityConfig& limits, Around& around) {
+  const auto body = static_cast<float>(limits.body_height), step = static_cast<float>(limits.step_height);
+  bool stands = false, all_above = true;
+  for (const Support& other : column) {
+    const bool above = other.bottom >= s.height + body;
+    all_above = all_above && above;
+    if (!above && other.top > s.height + step) {
+      around.obstructed = true;
+      around.step = std::max<double>(around.step, other.height - s.height);
+    }
+    stands = stands || std::abs(other.height - s.height) <= step;
+  }
+  if (const Support* next = all_above ? nullptr : nearestTo(column, s.height)) {
+    if (stands || next->height < s.height) {
+      around.step = std::max<double>(around.step, std::abs(next->height - s.height));
+    }
+  }
+}
+
+/// Rise to the gentler of the two sides along one axis, per metre: the edge of a stair is as flat as its tread.
+double gentlerRise(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height) {
+  double best = 0;
+  bool found = false;
+  for (const int sign : {-1, 1}) {
+    const std::int32_t c = column + sign * way.first, r = row + sign * way.second;
+    if (!grid.shape.contains(c, r)) {
+      continue;
+    }
+    if (const Support* next = nearestTo(grid.column(grid.shape.cell(c, r)), height)) {
+      const double rise = static_cast<double>(sign) * (next->height - height) / grid.shape.resolution;
+      best = !found || std::abs(rise) < std::abs(best) ? rise : best;
+      found = true;
+    }
+  }
+  return best;
+}
+
+/// How far beyond an edge the bottom of a drop may come into view. m
+constexpr double kBeyondEdge = 2;
+
+/// A leaf may reach a cell beyond the edge that it ends at.
+constexpr int kOvershoot = 2;  // cells in which an edge is looked for whatever is in between
+
+/// How far the ground has fallen that way, next to the surface or where it is seen again behind columns in which
+/// nothing was seen; 0 when it goes on, or slopes no more than the robot can walk. An edge hides what lies right below
+/// it.
+double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
+                  const TraversabilityConfig& limits) {
+  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+  for (int k = 1; k * stride <= kBeyondEdge; ++k) {
+    const std::int32_t c = column + k * way.first, r = row + k * way.second;
+    if (!grid.shape.contains(c, r)) {
+      return 0;
+    }
+    const std::span<const Support> found = grid.column(grid.shape.cell(c, r));
+    if (found.empty()) {
+      continue;
+    }
+    // The highest surface below or about here: what is above hangs over both.
+    double fall = std::numeric_limits<double>::infinity();
+    for (const Support& s : found) {
+      fall = std::min(fall, std::max(0.0, static_cast<double>(height) - s.top));
+    }
+    if (fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
+      return fall;
+    }
+    if (k >= kOvershoot) {
+      return 0;
+    }
+  }
+  return 0;
+}
+
+std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfig& limits) {
+  const double slope = s.slope / (limits.max_slope_deg * kDegree), step = s.step / limits.step_height;
+  const double roughness = kUneven * s.roughness / limits.step_height;
+  if (!s.carries || obstructed || slope > 1 || step > 1 || roughness > 1 || s.clearance < limits.body_height) {
+    return kCostBlocked;
+  }
+  if (s.seen && s.confidence < limits.min_confidence) {
+    return kCostUnknown;
+  }
+  // Two thirds for how hard it is to walk on, one third for how little is known of it.
+  const double hard = square(std::max({slope, step, roughness})), doubt = 1 - s.confidence;
+  return static_cast<std::uint8_t>(std::lround(kCostWorst * (2 * hard + doubt) / 3));
+}
+
+void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits) {
+  const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
+  for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
+    Support& s = grid.supports[k];
+    Around around;
+    for (std::int32_t r = row - 1; r <= row + 1; ++r) {
+      for (std::int32_t c = column - 1; c <= column + 1; ++c) {
+        if ((c != column || r != row) && grid.shape.contains(c, r)) {
+          lookAt(grid.column(grid.shape.cell(c, r)), s, limits, around);
+          around.step = std::max(around.step, dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits));
+        }
+      }
+    }
+    s.step = static_cast<float>(around.step);
+    s.slope = static_cast<float>(std::atan(std::hypot(gentlerRise(grid, column, row, {1, 0}, s.height),
+                                                      gentlerRise(grid, column, row, {0, 1}, s.height))));
+    s.cost = costOf(s, around.obstructed, limits);
+    if (isWalkable(s.cost) && isEnclosed(grid, column, row, s, limits)) {
+      s.cost = kCostUnknown;
+    }
+  }
+}
+
+/// Sorts patches by cell, in their order within one; returns where each cell begins, and the end.
+std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const GridShape& shape) {
+  std::vector<std::uint32_t> begin(static_cast<std::size_t>(shape.cells()) + 1, 0);
+  for (const SheetPatch& p : patches) {
+    ++begin[static_cast<std::size_t>(p.cell) + 1];
+  }
+  for (std::size_t k = 1; k < begin.size(); ++k) {
+    begin[k] += begin[k - 1];
+  }
+  std::vector<SheetPatch> sorted(patches.size());
+  std::vector<std::uint32_t> next(begin.begin(), begin.end() - 1);
+  for (const SheetPatch& p : patches) {
+    sorted[next[static_cast<std::size_t>(p.cell)]++] = p;
+  }
+  patches = std::move(sorted);
+  return begin;
+}
+
+/// The verdict on every patch. A leaf that is obsolete in half of its columns is so in all: what could be seen where it
+/// lies has been seen better, and the rest of it lies where nobody looked, as under a car.
+std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const std::vector<std::uint32_t>& begin,
+                                std::size_t sheets) {
+  std::vector<Verdict> verdicts(patches.size());
+  std::vector<std::uint32_t> columns(sheets, 0), obsolete(sheets, 0);
+  for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
+    const std::span<const SheetPatch> column(patches.data() + begin[cell], patches.data() + begin[cell + 1]);
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      const Verdict verdict = verdictOn(column, k);
+      const auto sheet = static_cast<std::size_t>(column[k].sheet);
+      verdicts[begin[cell] + k] = verdict;
+      columns[sheet] += 1, obsolete[sheet] += verdict == Verdict::kObsolete ? 1 : 0;
+    }
+  }
+  for (std::size_t k = 0; k < patches.size(); ++k) {
+    const auto sheet = static_cast<std::size_t>(patches[k].sheet);
+    if (2 * obsolete[sheet] >= columns[sheet]) {
+      verdicts[k] = Verdict::kObsolete;
+    }
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row) {
+  for (std::int32_t row = first_row; row < end_row; ++row) {
+    for (std::int32_t column = 0; column < grid.shape.width; ++column) {
+      judge(grid, column, row, limits);
+    }
+  }
+}
+
+CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
+                       double step_height) {
+  const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
+  const std::vector<Verdict> verdicts = verdictsOn(patches, begin, sheets);
+  CostGrid grid{shape, {}, {}};
+  grid.first.reserve(begin.size());
+  std::vector<SheetPatch> column;
+  for (std::size_t cell = 0; cell + 1 < begin.size(); ++cell) {
+    grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
+    column.clear();
+    for (std::uint32_t k = begin[cell]; k < begin[cell + 1]; ++k) {
+      if (verdicts[k] == Verdict::kHolds) {
+        column.push_back(patches[k]);
+      }
+    }
+    appendSurfaces(column, shape.resolution, step_height, grid.supports);
+  }
+  grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
+  return grid;
+}
+
+CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
+                       const ShareDone& progress) {
+  std::vector<PlacedSheet> sheets;
+  for (const auto& [id, node] : map.nodes()) {
+    if (isSolid(node)) {
+      appendSheets(map, node, shape, sheets);
+    }
+  }
+  std::vector<SheetPatch> patches = patchesOf(sheets, shape);
+  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
+  sheets = {}, patches = {};
+  fillGaps(grid, limits);
+  for (std::int32_t row = 0; row < shape.height; ++row) {
+    judgeSurfaces(grid, limits, row, row + 1);
+    if (progress) {
+      progress(0.7 + 0.3 * (row + 1) / shape.height);
+    }
+  }
+  return grid;
+}
+
+std::optional<GridRegion> regionOf(const Map& map) {
+  Eigen::AlignedBox3d box;
+  for (const auto& [id, node] : map.nodes()) {
+    if (!isSolid(node)) {
+      continue;
+    }
+    for (const Leaf& leaf : leavesOf(node)) {
+      box.extend(node.T_map_object * Eigen::Vector3f(leaf.mean.data()).cast<double>());
+    }
+  }
+  if (box.isEmpty()) {
+    return std::nullopt;
+  }
+  constexpr double kMargin = 1;  // m, beyond the means of the outermost leaves
+  return GridRegion{box.min().x() - kMargin, box.min().y() - kMargin, box.max().x() + kMargin, box.max().y() + kMargin};
+}
+
+double groundHeight(const Map& map, const CostGrid& grid) {
+  std::vector<float> heights;
+  for (const TimedPose& pose : map.keyframes().poses()) {
+    const Vec3 p = pose.T_map_body.translation();
+    const std::int32_t column = grid.shape.columnOf(p.x()), row = grid.shape.rowOf(p.y());
+    if (!grid.shape.contains(column, row)) {
+      continue;
+    }
+    for (const Support& s : grid.column(grid.shape.cell(column, row))) {
+      if (s.clearance == std::numeric_limits<float>::infinity() || s.height + s.clearance > p.z()) {
+        heights.push_back(s.height);
+        break;
+      }
+    }
+  }
+  if (heights.empty()) {
+    return 0;
+  }
+  std::ranges::nth_element(heights, heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2));
+  return heights[heights.size() / 2];
+}
+
+}  // namespace hgg

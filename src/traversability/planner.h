@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "traversability/cost_grid.h"
+
+namespace hgg {
+
+/// A place asked for: where the height is left out, the surface nearest to the grid's ground is meant.
+struct PlanPoint {
+  double x = 0, y = 0;      // m, map frame
+  std::optional<double> z;  // m, map frame
+};
+
+struct PlanRequest {
+  PlanPoint from, to;
+  double ground_z = 0;         // m, map frame: the height meant where a point has none
+  bool allow_unknown = false;  // walk over columns where nothing was seen, too
+};
+
+struct Plan {
+  bool found = false;
+  std::vector<Vec3> path;       // map frame, on the ground; begins at `from`, ends at `to`
+  double length = 0;            // m
+  double cost = 0;              // m, the length with what is bad about the ground added
+  double worst_confidence = 0;  // 0..1, of the surfaces under the path; 0: some were filled in, never seen
+  std::string reason;           // why there is none
+};
+
+/// The cheapest way for a robot of the limits' footprint: A* over the surfaces of the grid. A metre of well-known flat
+/// ground costs a metre; bad or hardly known ground up to kWorstFactor times as much (planner.cpp). The robot's
+/// centre keeps the footprint radius from everything it cannot walk on.
+Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const PlanRequest& request);
+
+}  // namespace hgg

@@ -1,0 +1,244 @@
+#include "traversability/cost_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.h"
+#include "surfaces_world.h"
+
+namespace hgg::cost_grid_test {
+namespace {
+
+TEST(CostGrid, LevelGroundThatWasSeenIsFreeAndTheRestUnknown) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  const CostGrid grid = world.grid();
+  for (const double v : {-1.75, -0.35, 0.05, 1.75}) {
+    ASSERT_TRUE(isFree(grid, v, 0.15)) << v;
+    EXPECT_NEAR(supportAt(grid, v, 0.15)->height, 0, 0.02);
+    EXPECT_LT(supportAt(grid, v, 0.15)->slope, 0.1);
+    EXPECT_GT(supportAt(grid, v, 0.15)->confidence, 0.9);
+  }
+  EXPECT_EQ(costAt(grid, 3, 0), kCostUnknown);
+  EXPECT_EQ(costAt(grid, -3.95, -3.95), kCostUnknown);
+}
+
+TEST(CostGrid, AKerbIsAStepForSomeRobotsAndTooHighForOthers) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 0, 2);
+  world.add({0, -2, 0}, {0, 4, 0}, {0, 0, 0.14});
+  world.addFloor(0, -2, 2, 2, 0.14);
+  TraversabilityConfig low;
+  low.step_height = 0.1;
+  const CostGrid climber = world.grid(), roller = world.grid({-4, -4, 4, 4}, low);
+  for (const double x : {-0.15, -0.05}) {
+    EXPECT_TRUE(isFree(climber, x, 0.55, 0)) << x;
+  }
+  EXPECT_TRUE(isFree(climber, 0.05, 0.55, 0.14));
+  EXPECT_NEAR(supportAt(climber, -0.05, 0.55)->step, 0.14, 0.03);
+  EXPECT_EQ(costAt(roller, -0.05, 0.55), kCostBlocked);
+  EXPECT_TRUE(isFree(roller, -0.55, 0.55));
+  EXPECT_TRUE(isFree(roller, 0.55, 0.55, 0.14));
+}
+
+TEST(CostGrid, ATableTopIsNotTheFloorAndItsEdgeIsInTheWay) {
+  SurfacesWorld world;
+  world.setEye({0, 0, 1.2});
+  world.addFloor(-2, -2, 2, 2);
+  world.addFloor(0.5, -0.5, 1.5, 0.5, 0.6);  // lower than the body
+  const CostGrid grid = world.grid();
+  const auto column = grid.column(grid.shape.cell(grid.shape.columnOf(1), grid.shape.rowOf(0)));
+  ASSERT_EQ(column.size(), 2U);
+  EXPECT_NEAR(column[0].height, 0, 0.02);
+  EXPECT_NEAR(column[1].height, 0.6, 0.02);
+  EXPECT_NEAR(column[0].clearance, 0.6, 0.05);
+  EXPECT_EQ(column[0].cost, kCostBlocked);
+  EXPECT_EQ(costAt(grid, 0.45, 0), kCostBlocked) << "the body would hit the edge";
+  EXPECT_TRUE(isFree(grid, 0.15, 0));
+}
+
+TEST(CostGrid, UnderAHighTableIsRoom) {
+  SurfacesWorld world;
+  world.setEye({0, 0, 1.2});
+  world.addFloor(-2, -2, 2, 2);
+  world.addFloor(0.5, -0.5, 1.5, 0.5, 1.0);
+  EXPECT_TRUE(isFree(world.grid(), 1, 0));
+}
+
+TEST(CostGrid, ChairLegsAreInTheWayAndTheFloorBetweenThemIsUnderTheSeat) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  for (const double x : {0.5, 0.95}) {
+    for (const double y : {-0.2, 0.2}) {
+      world.addSides(x, y, x + 0.03, y + 0.03, 0, 0.45);
+    }
+  }
+  world.addFloor(0.5, -0.2, 0.98, 0.23, 0.45);
+  const CostGrid grid = world.grid();
+  for (const double x : {0.51, 0.96}) {
+    EXPECT_EQ(costAt(grid, x, 0.21), kCostBlocked);
+    EXPECT_EQ(costAt(grid, x, -0.19), kCostBlocked);
+  }
+  EXPECT_EQ(costAt(grid, 0.75, 0), kCostBlocked);
+  EXPECT_TRUE(isFree(grid, 0.15, 0));
+}
+
+TEST(CostGrid, WhatHangsAtTheHeightOfTheBodyIsInTheWay) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  world.add({0.5, -2, 0.5}, {0, 4, 0}, {0, 0, 0.1});  // a bar
+  const CostGrid grid = world.grid();
+  EXPECT_EQ(costAt(grid, 0.55, 0.35), kCostBlocked);
+  EXPECT_EQ(costAt(grid, 0.45, 0.35), kCostBlocked) << "one cell of margin";
+  EXPECT_TRUE(isFree(grid, 0.15, 0.35));
+}
+
+TEST(CostGrid, APoleOfFiveCentimetresIsSeen) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  world.addSides(0.52, 0.52, 0.57, 0.57, 0, 2);
+  const CostGrid grid = world.grid();
+  EXPECT_EQ(costAt(grid, 0.55, 0.55), kCostBlocked);
+  EXPECT_TRUE(isFree(grid, 0.15, 0.55));
+}
+
+TEST(CostGrid, TheEdgeOfADropIsNoGround) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 0, 2);
+  world.addFloor(0, -2, 2, 2, -1);
+  const CostGrid grid = world.grid();
+  EXPECT_EQ(costAt(grid, -0.05, 0.55), kCostBlocked);
+  EXPECT_TRUE(isFree(grid, -0.45, 0.55));
+}
+
+TEST(CostGrid, WhereTheBottomOfADropIsSeenOnlyFartherOutItsEdgeIsNoGroundEither) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 0, 2);
+  world.addFloor(0.6, -2, 2, 2, -1);  // the edge hides what is right below it
+  const CostGrid grid = world.grid();
+  EXPECT_EQ(costAt(grid, -0.05, 0.55), kCostBlocked);
+  EXPECT_EQ(costAt(grid, 0.25, 0.55), kCostUnknown) << "nothing is filled in over a drop";
+}
+
+TEST(CostGrid, ABridgeAndTheRoadUnderItAreTwoLevels) {
+  SurfacesWorld world;
+  world.setEye({0, 0, 4});
+  world.addFloor(-2, -2, 2, 2);
+  world.addFloor(-2, -0.8, 2, 0.8, 3);
+  const CostGrid grid = world.grid();
+  EXPECT_TRUE(isFree(grid, 0.05, 0.05, 0));
+  EXPECT_TRUE(isFree(grid, 0.05, 0.05, 3));
+  EXPECT_EQ(costAt(grid, 0.05, 0.75, 3), kCostBlocked) << "its edge";
+  EXPECT_TRUE(isFree(grid, 0.05, 1.55, 0));
+}
+
+TEST(CostGrid, ACeilingCarriesNobody) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  world.addFloor(-2, -2, 2, 2, 2.5);
+  const CostGrid grid = world.grid();
+  EXPECT_TRUE(isFree(grid, 0.05, 0.05, 0));
+  EXPECT_FALSE(isFree(grid, 0.05, 0.05, 2.5));
+}
+
+TEST(CostGrid, SteepGroundIsNoGroundAndARampIs) {
+  for (const double degrees : {20.0, 40.0}) {
+    SurfacesWorld world;
+    const double rise = std::tan(degrees * kDegree);
+    world.setEye({-2, 0, 3});
+    world.add({-2, -2, 0}, {3, 0, 3 * rise}, {0, 4, 0});
+    const CostGrid grid = world.grid();
+    EXPECT_EQ(isFree(grid, -0.55, 0.05, 1.45 * rise), degrees < 30) << degrees;
+    EXPECT_NEAR(supportAt(grid, -0.55, 0.05, 1.45 * rise)->slope, degrees * kDegree, 0.06);
+  }
+}
+
+TEST(CostGrid, GapsBetweenLeavesThatAgreeAreFilledWithoutConfidence) {
+  SurfacesWorld world;
+  for (int k = 0; k < 12; ++k) {  // rings 0.4 m wide, 0.2 m apart, of leaves as long as that
+    world.add({-3 + 0.6 * k, -2, 0}, {0.4, 0, 0}, {0, 4, 0}, 30, 0.4);
+  }
+  const CostGrid grid = world.grid();
+  const Support* s = supportAt(grid, -2.45, 0.05);
+  ASSERT_NE(s, nullptr);
+  EXPECT_FALSE(s->seen);
+  EXPECT_EQ(s->confidence, 0);
+  EXPECT_TRUE(isWalkable(s->cost));
+  EXPECT_GT(s->cost, supportAt(grid, -2.75, 0.05)->cost);
+}
+
+TEST(CostGrid, AWideGapStaysUnknown) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, -0.5, 2);
+  world.addFloor(0.5, -2, 2, 2);
+  EXPECT_EQ(costAt(world.grid(), 0, 0.05), kCostUnknown);
+}
+
+TEST(CostGrid, AFewScatteredPointsInOneLeafAreNoWall) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  world.add({-1, -1, 0}, {2, 2, 0}, {0, 0, 1.5}, 0.001, 3);  // one leaf across the floor, a few points
+  EXPECT_TRUE(isFree(world.grid(), 0.05, 0.05));
+}
+
+TEST(CostGrid, GroundInsideACarOfWhichOnlyTheSidesWereSeenIsUnknown) {
+  SurfacesWorld world;
+  world.addFloor(-3, -3, 3, 3, 0, 2);
+  world.addSides(-0.9, -1.5, 0.9, 1.5, 0.25, 1.2, 100);
+  EXPECT_FALSE(isFree(world.grid(), 0.05, 0.05));
+  EXPECT_TRUE(isFree(world.grid(), 1.55, 0.05)) << "beside it";
+  SurfacesWorld room;  // as well known as its walls: a place to be
+  room.addFloor(-3, -3, 3, 3, 0, 30);
+  room.addSides(-0.9, -1.5, 0.9, 1.5, 0, 1.2, 30);
+  EXPECT_TRUE(isFree(room.grid(), 0.05, 0.05));
+}
+
+TEST(CostGrid, ADoubtfulObjectIsNotInTheWay) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  Map map = world.map();
+  MapNode ghost = nodeAt(10, {0, 0, 0.5}, 0.2);
+  ghost.classes = {};
+  addViews(ghost.classes, {{10, 1.0F}, {0, 1000.0F}});
+  addLeaf(ghost, packLeaf({Vec3::Zero(), 0.01 * Mat3::Identity(), 100}));
+  ASSERT_FALSE(isConfirmed(ghost));
+  MapUpdate update;
+  update.created = {ghost};
+  map.apply(std::move(update));
+  const TraversabilityConfig limits;
+  EXPECT_TRUE(isFree(buildCostGrid(map, *gridShape({-4, -4, 4, 4}, 0.1), limits), 0.05, 0.05));
+}
+
+TEST(CostGrid, TheSameMapGivesTheSameSurfacesAndAPartOfItTheSameInside) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2);
+  world.addSides(0.5, 0.5, 1, 1, 0, 1);
+  const CostGrid whole = world.grid(), again = world.grid(), part = world.grid({-1, -1, 1.5, 1.5});
+  ASSERT_EQ(whole.supports.size(), again.supports.size());
+  for (std::int32_t row = 2; row < part.shape.height - 2; ++row) {
+    for (std::int32_t column = 2; column < part.shape.width - 2; ++column) {
+      const double x = part.shape.xOf(column), y = part.shape.yOf(row);
+      EXPECT_EQ(costAt(part, x, y), costAt(whole, x, y)) << x << " " << y;
+      EXPECT_EQ(costAt(again, x, y), costAt(whole, x, y));
+    }
+  }
+}
+
+TEST(GridShape, RefusesWhatIsNoGrid) {
+  EXPECT_NE(gridShape({0, 0, 10, 10}, 0).error, "");
+  EXPECT_NE(gridShape({0, 0, 10, 10}, 1e-9).error, "");
+  EXPECT_NE(gridShape({0, 0, 10, 10}, std::nan("")).error, "");
+  EXPECT_NE(gridShape({0, 0, 0, 10}, 0.1).error, "");
+  EXPECT_NE(gridShape({0, 0, std::nan(""), 10}, 0.1).error, "");
+  EXPECT_NE(gridShape({0, 0, 1e300, 10}, 0.1).error, "");
+  EXPECT_NE(gridShape({-1e6, -1e6, 1e6, 1e6}, 0.1).error.find("resolution of"), std::string::npos);
+  const Result<GridShape> fits = gridShape({-1.05, 2, 1, 3}, 0.1);
+  ASSERT_TRUE(fits);
+  EXPECT_EQ(fits->width, 21);
+  EXPECT_EQ(fits->height, 10);
+  EXPECT_NEAR(fits->x, -1.1, 1e-9);
+}
+
+}  // namespace
+}  // namespace hgg::cost_grid_test

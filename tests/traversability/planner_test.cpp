@@ -1,0 +1,149 @@
+#include "traversability/planner.h"
+
+#include <gtest/gtest.h>
+
+#include "surfaces_world.h"
+
+namespace hgg::planner_test {
+namespace {
+
+PlanRequest request(double x0, double y0, double x1, double y1) {
+  PlanRequest r;
+  r.from = {x0, y0, std::nullopt}, r.to = {x1, y1, std::nullopt};
+  return r;
+}
+
+/// A floor of 6 x 4 m and what is unknown around it, cut in two by a wall at x = 0, with a gap from y = 0 to `gap`.
+SurfacesWorld wallWithGap(double gap) {
+  SurfacesWorld world;
+  world.setEye({-1, 0, 0.6});
+  world.addFloor(-3, -2, 3, 2);
+  world.add({0, -4, 0}, {0, 4, 0}, {0, 0, 2});
+  world.add({0, gap, 0}, {0, 4 - gap, 0}, {0, 0, 2});
+  return world;
+}
+
+TEST(Planner, OnOpenGroundThePathIsStraight) {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, 3, 2);
+  const Plan plan = planPath(world.grid(), {}, request(-2, -1, 2, 1.2));
+  ASSERT_TRUE(plan.found) << plan.reason;
+  EXPECT_LT(plan.length, 1.03 * std::hypot(4, 2.2));
+  EXPECT_GE(plan.cost, plan.length * 0.99);
+  EXPECT_GT(plan.worst_confidence, 0.9);
+  EXPECT_EQ(plan.path.front().x(), -2);
+  EXPECT_EQ(plan.path.back().y(), 1.2);
+}
+
+TEST(Planner, GoesThroughADoorwayOfNinetyCentimetres) {
+  const Plan plan = planPath(wallWithGap(0.9).grid(), {}, request(-2, -1, 2, -1));
+  ASSERT_TRUE(plan.found) << plan.reason;
+  EXPECT_LT(plan.length, 1.1 * 2 * std::hypot(2, 1.4));
+}
+
+TEST(Planner, DoesNotSqueezeThroughAGapNarrowerThanTheRobot) {
+  const Plan plan = planPath(wallWithGap(0.3).grid(), {}, request(-2, -1, 2, -1));
+  EXPECT_FALSE(plan.found);
+  EXPECT_NE(plan.reason.find("obstacles"), std::string::npos) << plan.reason;
+}
+
+TEST(Planner, EveryPlaceOfAPathIsFreeWithTheFootprintAroundIt) {
+  SurfacesWorld world = wallWithGap(0.9);
+  world.addSides(-1.2, -0.5, -0.9, 0.4, 0, 1);
+  const CostGrid grid = world.grid();
+  const Plan plan = planPath(grid, {}, request(-2, -1, 2, -1));
+  ASSERT_TRUE(plan.found) << plan.reason;
+  for (std::size_t k = 1; k < plan.path.size(); ++k) {
+    for (double t = 0; t <= 1; t += 0.01) {
+      const Vec3 p = (1 - t) * plan.path[k - 1] + t * plan.path[k];
+      EXPECT_TRUE(isFree(grid, p.x(), p.y())) << p.transpose();
+      EXPECT_TRUE(std::abs(p.x()) > 0.2 || (p.y() > 0.2 && p.y() < 0.7)) << p.transpose();
+    }
+  }
+}
+
+TEST(Planner, ClimbsStairs) {
+  SurfacesWorld world;
+  world.setEye({-2, 0, 3});
+  world.addFloor(-3, -1, 0, 1);
+  for (int k = 0; k < 6; ++k) {  // treads of 0.3 m, risers of 0.16 m
+    world.add({0.3 * k, -1, 0.16 * k}, {0, 2, 0}, {0, 0, 0.16});
+    world.addFloor(0.3 * k, -1, 0.3 * (k + 1), 1, 0.16 * (k + 1));
+  }
+  world.addFloor(1.8, -1, 3.5, 1, 0.96);
+  PlanRequest up = request(-2, 0, 3, 0);
+  up.to.z = 0.96;
+  const Plan plan = planPath(world.grid(), {}, up);
+  ASSERT_TRUE(plan.found) << plan.reason;
+  EXPECT_NEAR(plan.path.back().z(), 0.96, 0.03);
+  TraversabilityConfig low;
+  low.step_height = 0.1;
+  EXPECT_FALSE(planPath(world.grid({-4, -4, 4, 4}, low), low, up).found);
+}
+
+TEST(Planner, WalksUnderABridgeAndOverIt) {
+  SurfacesWorld world;
+  world.setEye({0, 0, 4});
+  world.addFloor(-3, -3, 3, 3);
+  world.addFloor(-3, -0.8, 3, 0.8, 2);
+  const CostGrid grid = world.grid();
+  PlanRequest under = request(0, -2, 0, 2), over = request(-2, 0, 2, 0), across = request(-2, 0, 0, 2);
+  over.from.z = over.to.z = across.from.z = 2.0;
+  across.to.z = 0;
+  const Plan low = planPath(grid, {}, under), high = planPath(grid, {}, over);
+  ASSERT_TRUE(low.found) << low.reason;
+  ASSERT_TRUE(high.found) << high.reason;
+  EXPECT_NEAR(low.path[low.path.size() / 2].z(), 0, 0.05);
+  EXPECT_NEAR(high.path.back().z(), 2, 0.05);
+  EXPECT_FALSE(planPath(grid, {}, across).found) << "nobody jumps from the bridge";
+}
+
+TEST(Planner, AvoidsAShortcutOverGroundThatIsHardlyKnown) {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, -1, 2, 0, 12);
+  world.addFloor(1, -2, 3, 2, 0, 12);
+  world.addFloor(-1, 0.2, 1, 2, 0, 12);  // the way around
+  SurfacesWorld known = world;
+  world.addFloor(-1, -2, 1, 0.2, 0, 0.7, 0.4);  // the shortcut
+  known.addFloor(-1, -2, 1, 0.2, 0, 12);
+  const Plan around = planPath(world.grid(), {}, request(-2, -0.5, 2, -0.5));
+  const Plan direct = planPath(known.grid(), {}, request(-2, -0.5, 2, -0.5));
+  ASSERT_TRUE(around.found && direct.found) << around.reason << direct.reason;
+  ASSERT_LT(supportAt(world.grid(), 0.05, -0.55)->confidence, 0.75);
+  ASSERT_TRUE(isFree(world.grid(), 0.05, -0.55));
+  EXPECT_GT(around.worst_confidence, 0.8);
+  EXPECT_LT(direct.length, 4.1);
+  EXPECT_GT(around.length, direct.length + 0.3);
+}
+
+TEST(Planner, StopsAtUnknownGroundUnlessItIsAllowed) {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, -1, 2);
+  world.addFloor(1, -2, 3, 2);
+  PlanRequest r = request(-2, 0, 2, 0);
+  const Plan careful = planPath(world.grid(), {}, r);
+  EXPECT_FALSE(careful.found);
+  EXPECT_NE(careful.reason.find("unknown ground"), std::string::npos) << careful.reason;
+  r.allow_unknown = true;
+  const Plan bold = planPath(world.grid(), {}, r);
+  ASSERT_TRUE(bold.found) << bold.reason;
+  EXPECT_EQ(bold.worst_confidence, 0);
+}
+
+TEST(Planner, SaysWhyThereIsNoPath) {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, 3, 2);
+  world.addSides(0.5, 0.5, 1, 1, 0, 1);
+  const CostGrid grid = world.grid();
+  const auto reason = [&](const PlanRequest& r) { return planPath(grid, {}, r).reason; };
+  EXPECT_NE(reason(request(0.5, 0.75, -2, 0)).find("the start (0.50, 0.75) lies in an obstacle"), std::string::npos)
+      << reason(request(0.5, 0.75, -2, 0));
+  EXPECT_NE(reason(request(-2, 0, -3.5, 0)).find("the goal (-3.50, 0.00) lies on unknown ground"), std::string::npos);
+  EXPECT_NE(reason(request(-2, 0, 300, 0)).find("outside"), std::string::npos);
+  PlanRequest high = request(-2, 0, -1, 0);
+  high.from.z = 8;
+  EXPECT_NE(reason(high).find("no ground within"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace hgg::planner_test
