@@ -84,6 +84,7 @@ class Raster {
     patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
     patch.carries = placed.carries;
+    patch.is_thing = placed.is_thing;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
         const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
@@ -117,7 +118,9 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
   Support s;
   for (const SheetPatch& p : patches) {
     level = std::max(level, levelOf(p));
-    s.density = std::max(s.density, p.density);
+    if (p.density > s.density) {
+      s.density = p.density, s.is_thing = p.is_thing;
+    }
     if (p.carries) {
       ground = std::max(ground, p.height), ground_density += p.density;
     }
@@ -160,7 +163,7 @@ void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, s
     const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
     if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
         low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
-      sheets.push_back({sheet, node.views, isGround(sheet, p_eye)});
+      sheets.push_back({sheet, node.views, isGround(sheet, p_eye), !node.stuff});
     }
   }
 }

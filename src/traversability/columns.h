@@ -20,6 +20,7 @@ struct SheetPatch {
   float reach = 0;            // m, edge of the cell of surface that the leaf stands for
   float fuzz = 0;             // m, the same along the sheet's normal, wherever that points
   bool carries = true;        // false: a wall, a pole, a ceiling
+  bool is_thing = false;      // part of an object, not of a tile of ground or wall
 };
 
 /// A solid part of a column with its top, which may carry a robot.
@@ -36,6 +37,7 @@ struct Support {
   std::uint8_t cost = 0;      // hgg.traversability_t
   bool carries = true;        // false: a wall, a pole, a ceiling
   bool seen = true;           // false: filled in between what was seen
+  bool is_thing = false;      // its densest leaf is part of an object, not of a tile of ground or wall
 };
 
 /// True for nodes that stand in the way or carry: those that more likely exist than not.
@@ -46,6 +48,7 @@ struct PlacedSheet {
   LeafSheet sheet;
   std::int32_t views = 0;  // of its node
   bool carries = true;     // false: a wall, a pole, or seen from below only, as a ceiling
+  bool is_thing = false;
 };
 
 /// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`. The node's anchor

@@ -30,7 +30,7 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
     }
     for (const Support& s : grid.column(grid.shape.cell(c, r))) {
       if (s.bottom < high && s.top > low) {
-        return {k * stride, s.density};
+        return s.is_thing ? Side{k * stride, s.density} : Side{};
       }
     }
   }

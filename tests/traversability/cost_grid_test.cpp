@@ -194,6 +194,17 @@ TEST(CostGrid, GroundInsideACarOfWhichOnlyTheSidesWereSeenIsUnknown) {
   EXPECT_TRUE(isFree(room.grid(), 0.05, 0.05));
 }
 
+TEST(CostGrid, ThinlySeenGroundBetweenWallsIsNotTakenForTheInsideOfACar) {
+  for (const bool stuff : {true, false}) {
+    SurfacesWorld world;
+    world.addFloor(-3, -3, 3, 3, 0, 2);
+    for (const double y : {-1.0, 1.0}) {
+      world.add({-3, y, 0}, {6, 0, 0}, {0, 0, 1.2}, 100, 0.1, stuff);
+    }
+    EXPECT_EQ(isFree(world.grid(), 0.05, 0.05), stuff) << "two rows of objects may as well be one of them";
+  }
+}
+
 TEST(CostGrid, ADoubtfulObjectIsNotInTheWay) {
   SurfacesWorld world;
   world.addFloor(-2, -2, 2, 2);

@@ -14,10 +14,12 @@ class SurfacesWorld {
   static constexpr double kNoise = 0.01;  // m
 
   /// The rectangle corner + s * a + t * b, s and t from 0 to 1. `density`: points on 0.1 x 0.1 m.
-  void add(const Vec3& corner, const Vec3& a, const Vec3& b, double density = 30, double leaf = 0.1) {
+  void add(const Vec3& corner, const Vec3& a, const Vec3& b, double density = 30, double leaf = 0.1,
+           bool stuff = false) {
     MapNode node = nodeAt(1, Vec3::Zero());
     node.T_map_object = Pose::Identity();
     node.views = 50;
+    node.stuff = stuff;
     node.anchor = 0;
     const int columns = std::max(1, static_cast<int>(std::lround(a.norm() / leaf)));
     const int rows = std::max(1, static_cast<int>(std::lround(b.norm() / leaf)));
