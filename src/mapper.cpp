@@ -145,8 +145,12 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
   if (judged == Tracking::kHeld && !prediction.is_unproven) {
     return judged;
   }
-  auto found = recover(frame, map_, prediction.guesses, tracker_.reach(config_.map.leaf_size), tracker_.leastShare(),
-                       classes_, config_);
+  const SearchReach reach = tracker_.reach(config_.map.leaf_size);
+  if (judged == Tracking::kHeld && isFoundAt(alignment.pose.T_map_body, local, map_, reach, config_)) {
+    tracker_.proveOdometry();
+    return judged;
+  }
+  auto found = recover(frame, map_, prediction.guesses, reach, tracker_.leastShare(), classes_, config_);
   if (!found || (judged == Tracking::kHeld && !fitsClearlyBetter(found->alignment.fit, alignment.fit))) {
     if (found && !areDistinctPoses(found->alignment.pose.T_map_body, alignment.pose.T_map_body)) {
       tracker_.proveOdometry();

@@ -54,6 +54,17 @@ Recovery alignFrom(const Pose& T_map_start, const Frame& frame, const Map& map, 
   return found;
 }
 
+bool isFoundAt(const Pose& T_map_body, const LocalGraph& local, const Map& map, const SearchReach& reach,
+               const Config& config) {
+  const double radius = std::min(kSearchRadius, config.frame.range_max), leaf_size = config.map.leaf_size;
+  const std::vector<Pose> places = searchPoses(local, map, T_map_body, reach, radius, leaf_size, 1);
+  if (places.empty()) {
+    return false;
+  }
+  const Pose off = T_map_body.inverse() * places.front();
+  return off.translation().norm() < 2 * kStartLeaves * leaf_size && turnOf(off) < 2 * kStartTurn;
+}
+
 bool fitsClearlyBetter(const Fit& a, const Fit& b) { return a.fitting > kClearly * b.fitting; }
 
 std::optional<Recovery> recover(const Frame& frame, const Map& map, const std::vector<Pose>& guesses,

@@ -21,6 +21,11 @@ struct Recovery {
 Recovery alignFrom(const Pose& T_map_start, const Frame& frame, const Map& map, const ClassTable& classes,
                    const Config& config);
 
+/// Whether the search alone, without alignment, finds a frame where it was aligned, to two cells of its grid: 1.2 m
+/// with leaves of 0.4 m. Some 25 times cheaper than recover().
+bool isFoundAt(const Pose& T_map_body, const LocalGraph& local, const Map& map, const SearchReach& reach,
+               const Config& config);
+
 /// Whether clearly more of the frame lies on the map in `a` than in `b`.
 bool fitsClearlyBetter(const Fit& a, const Fit& b);
 

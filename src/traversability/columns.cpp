@@ -67,7 +67,7 @@ class Raster {
     if (column < 0 || row < 0 || column >= width_ || row >= height_) {
       return;
     }
-    Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+    Bin& bin = bins_[binAt(column, row)];
     bin.low = std::min(bin.low, p.z()), bin.high = std::max(bin.high, p.z());
     bin.sum += p.z(), bin.count += 1;
   }
@@ -87,7 +87,7 @@ class Raster {
     patch.is_thing = placed.is_thing;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
-        const Bin& bin = bins_[static_cast<std::size_t>(row * width_ + column)];
+        const Bin& bin = bins_[binAt(column, row)];
         if (bin.count > 0) {
           patch.cell = shape.cell(first_column_ + column, first_row_ + row);
           patch.bottom = static_cast<float>(bin.low - half_thickness);
@@ -104,6 +104,10 @@ class Raster {
     double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0;
     int count = 0;
   };
+  std::size_t binAt(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(column);
+  }
+
   int first_column_ = 0, first_row_ = 0, width_ = 0, height_ = 0;
   std::vector<Bin> bins_;
 };

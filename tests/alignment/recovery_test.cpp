@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "alignment/places.h"
+#include "creation/object_graph.h"
 #include "mapper.h"
 
 namespace hgg::recovery_test {
@@ -105,6 +106,22 @@ TEST(Recover, AnEmptyMapHasNothingToFindItIn) {
   Place place = carPark();
   const Mapper nothing(config(), testClasses());
   EXPECT_FALSE(recovered(nothing, place.seenFrom(at(0, 0), 900'000), {at(1, 0)}));
+}
+
+TEST(IsFoundAt, TellsTheRightPoseFromOneThatIsMetresOff) {
+  Place place = carPark();
+  const Mapper mapper = mapOf(place);
+  const Pose T_true = at(0.3, 0.1, 2);
+  const Frame frame = place.seenFrom(T_true, 900'000);
+  const Config c = config();
+  for (const auto& [off, expected] : {std::pair(at(0, 0), true), {at(2.5, 0), false}, {at(-2, 1), false}}) {
+    const Pose T = T_true * off;
+    const LocalGraph local = createLocalGraph(frame, T, testClasses(), c);
+    EXPECT_EQ(isFoundAt(T, local, mapper.map(), {4.8, 20 * kDegree}, c), expected) << T.translation().transpose();
+  }
+  const Mapper nothing(c, testClasses());
+  const LocalGraph local = createLocalGraph(frame, T_true, testClasses(), c);
+  EXPECT_FALSE(isFoundAt(T_true, local, nothing.map(), {4.8, 20 * kDegree}, c));
 }
 
 TEST(FitsClearlyBetter, IsATenthMoreOfTheLeavesOnTheMap) {
