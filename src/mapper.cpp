@@ -142,7 +142,8 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
     }
   }
   const Tracking judged = tracker_.judge(prediction, alignment);
-  if (judged == Tracking::kHeld && !prediction.is_unproven) {
+  const bool can_prove = prediction.is_unproven && UsualFit::canTell(alignment.fit);
+  if (judged == Tracking::kHeld && !can_prove) {
     return judged;
   }
   const SearchReach reach = tracker_.reach(config_.map.leaf_size);
