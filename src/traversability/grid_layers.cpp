@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+
+#include "core/npy.h"
 
 namespace hgg {
 namespace {
@@ -24,23 +26,14 @@ constexpr LayerKind kLayers[] = {{"height", &Support::height},       {"slope", &
                                  {"step", &Support::step},           {"roughness", &Support::roughness},
                                  {"clearance", &Support::clearance}, {"confidence", &Support::confidence}};
 
-/// A NumPy array, format 1.0, of shape (levels, height, width).
+/// The values of a layer as a NumPy array of shape (levels, height, width).
 template <typename T>
-std::string npy(const GridLayers& grid, const std::vector<T>& values) {
-  static_assert(std::endian::native == std::endian::little, "the arrays are little-endian");
-  std::string head = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}, {}, {}), }}",
-                                 sizeof(T) == 1 ? "|u1" : "<f4", grid.levels, grid.shape.height, grid.shape.width);
-  constexpr std::size_t kPrefix = 10, kAlignment = 64;  // bytes; the data begin at a multiple of the alignment
-  head.append(kAlignment - 1 - (kPrefix + head.size()) % kAlignment, ' ');
-  head += '\n';
-  std::string out = "\x93NUMPY";
-  out += '\x01';
-  out += '\x00';
-  out += static_cast<char>(head.size() % 256);
-  out += static_cast<char>(head.size() / 256);
-  out += head;
-  out.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
-  return out;
+std::string npyOf(const GridLayers& grid, const std::vector<T>& values) {
+  const std::array<std::size_t, 3> shape{static_cast<std::size_t>(grid.levels),
+                                         static_cast<std::size_t>(grid.shape.height),
+                                         static_cast<std::size_t>(grid.shape.width)};
+  return npyFile(sizeof(T) == 1 ? "|u1" : "<f4", shape,
+                 {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
 
 char greyOf(std::uint8_t cost) {
@@ -110,9 +103,9 @@ std::vector<GridFile> gridFiles(const GridLayers& grid, const std::string& stem)
                                         stem, grid.shape.resolution, grid.shape.x, grid.shape.y)});
   files.push_back({".pgm", pgm(grid)});
   files.push_back({".layers.json", json(grid, stem)});
-  files.push_back({".cost.npy", npy(grid, grid.cost)});
+  files.push_back({".cost.npy", npyOf(grid, grid.cost)});
   for (const FloatLayer& layer : grid.layers) {
-    files.push_back({"." + layer.name + ".npy", npy(grid, layer.values)});
+    files.push_back({"." + layer.name + ".npy", npyOf(grid, layer.values)});
   }
   return files;
 }

@@ -26,7 +26,7 @@ TEST(Npy, IsWhatNumPyWrites) {
   const Scratch scratch;
   ASSERT_EQ(writeNpy(npyOf<std::uint16_t>({1, 2, 3, 4, 5, 515}, {2, 3}), scratch / "a.npy"), "");
   std::string expected("\x93NUMPY\x01\x00\x76\x00", 10);
-  expected += "{'descr': '<u2', 'fortran_order': False, 'shape': (2, 3, ), }";
+  expected += "{'descr': '<u2', 'fortran_order': False, 'shape': (2, 3), }";
   expected.resize(127, ' ');
   expected += '\n';
   expected += std::string("\x01\0\x02\0\x03\0\x04\0\x05\0\x03\x02", 12);
@@ -47,8 +47,8 @@ TEST(Npy, BrokenFilesAreErrors) {
   };
   for (const std::string& text :
        {std::string(), whole.substr(0, 9), whole.substr(0, 40), whole.substr(0, whole.size() - 1), whole + "x",
-        replaced("False", "True "), replaced("<f4", ">f4"), replaced("<f4", "<f8"), replaced("(3, )", "(4, )"),
-        replaced("(3, )", "(9999999999999999999999, )")}) {
+        replaced("False", "True "), replaced("<f4", ">f4"), replaced("<f4", "<f8"), replaced("(3,)", "(4,)"),
+        replaced("(3,)", "(9999999999999999999999,)")}) {
     writeText(scratch / "b.npy", text);
     EXPECT_FALSE(readNpy(scratch / "b.npy")) << text;
   }

@@ -1,6 +1,5 @@
 #include "truth/npy.h"
 
-#include <bit>
 #include <fstream>
 #include <iterator>
 #include <limits>
@@ -8,32 +7,19 @@
 #include <regex>
 #include <sstream>
 
+#include "core/npy.h"
+
 namespace hgg {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
-
 constexpr std::string_view kMagic("\x93NUMPY\x01\x00", 8);
 constexpr std::size_t kLengthBytes = 2;  // of the header's text
-constexpr std::size_t kAlignment = 64;   // of the data, in bytes
 
 struct Type {
   std::string_view dtype, descr;
   std::size_t bytes;
 };
 constexpr Type kTypes[] = {{"uint8", "|u1", 1}, {"uint16", "<u2", 2}, {"uint32", "<u4", 4}, {"float32", "<f4", 4}};
-
-std::string headerOf(const NpyArray& array, std::string_view descr) {
-  std::string shape;
-  for (const std::size_t n : array.shape) {
-    shape += std::to_string(n) + ", ";
-  }
-  std::string text = "{'descr': '" + std::string(descr) + "', 'fortran_order': False, 'shape': (" + shape + "), }";
-  while ((kMagic.size() + kLengthBytes + text.size() + 1) % kAlignment != 0) {
-    text += ' ';
-  }
-  return text + '\n';
-}
 
 /// The numbers of a tuple such as "3, 4, "; nullopt where their product is no size.
 std::optional<std::vector<std::size_t>> shapeOf(const std::string& tuple) {
@@ -88,9 +74,8 @@ std::string writeNpy(const NpyArray& array, const std::filesystem::path& path) {
   for (const Type& type : kTypes) {
     descr = type.dtype == array.dtype ? type.descr : descr;
   }
-  const std::string text = headerOf(array, descr);
   std::ofstream out(path, std::ios::binary);
-  out << kMagic << static_cast<char>(text.size() % 256) << static_cast<char>(text.size() / 256) << text << array.bytes;
+  out << npyFile(descr, array.shape, array.bytes);
   out.close();
   return out ? "" : "cannot write " + path.string();
 }
