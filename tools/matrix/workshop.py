@@ -338,22 +338,30 @@ class Workshop:
         (where / "done").write_text(run.name() + "\n")
         return where
 
-    def evaluate(self, run):
-        """The figures of a run, from the cache or by making them. The report stays beside them."""
-        out = self.run_dir(run)
+    def cached(self, out, make):
+        """The figures in a folder, or those of make(), which fills it: what hgg-eval says to the command that it returns."""
         result = out / "result.json"
         if result.exists():
             return json.loads(result.read_text())
-        drive, where = self.simulate(run.drive), self.map(run)
         shutil.rmtree(out, ignore_errors=True)
         out.mkdir(parents=True)
-        answers = "query" in self.commands and (drive / "truth" / "queries.jsonl").exists()
-        if answers:
-            (out / "answers.jsonl").write_text(self.call("hggmap", *self.query_command(drive, where), accept=(0, 1)))
-        command = self.score_command(run, drive, where, out, answers)
+        command = make()
         figures = compact(self.call("hgg-eval", *command), f"hgg-eval {' '.join(words(command))}")
         save(result, figures)
         return figures
+
+    def evaluate(self, run):
+        """The figures of a run, from the cache or by making them. The report stays beside them."""
+        out = self.run_dir(run)
+
+        def make():
+            drive, where = self.simulate(run.drive), self.map(run)
+            answers = "query" in self.commands and (drive / "truth" / "queries.jsonl").exists()
+            if answers:
+                (out / "answers.jsonl").write_text(self.call("hggmap", *self.query_command(drive, where), accept=(0, 1)))
+            return self.score_command(run, drive, where, out, answers)
+
+        return self.cached(out, make)
 
     def can_walk(self):
         return {"export", "plan"} <= self.commands and "grid" in self.call("hggmap", "export", "--help")
@@ -370,19 +378,15 @@ class Workshop:
     def walk(self, run):
         """The figures of where one can walk, from the cache or by making them. Grid and plans stay beside them."""
         out = self.walk_dir(run)
-        result = out / "result.json"
-        if result.exists():
-            return json.loads(result.read_text())
-        drive, where = self.simulate(run.drive), self.map(run)
-        shutil.rmtree(out, ignore_errors=True)
-        out.mkdir(parents=True)
-        self.call("hggmap", *self.grid_command(where, out))
-        self.call("hgg-eval", *self.walk_command(run, drive, where, out, "--plans", PLANS))
-        (out / "answers.jsonl").write_text(self.plan(where, out / "requests.jsonl"))
-        command = self.walk_command(run, drive, where, out, *self.scored_walk(out))
-        figures = compact(self.call("hgg-eval", *command), f"hgg-eval {' '.join(words(command))}")
-        save(result, figures)
-        return figures
+
+        def make():
+            drive, where = self.simulate(run.drive), self.map(run)
+            self.call("hggmap", *self.grid_command(where, out))
+            self.call("hgg-eval", *self.walk_command(run, drive, where, out, "--plans", PLANS))
+            (out / "answers.jsonl").write_text(self.plan(where, out / "requests.jsonl"))
+            return self.walk_command(run, drive, where, out, *self.scored_walk(out))
+
+        return self.cached(out, make)
 
     def time(self, run):
         """stats.json of a replay that had the machine to itself."""
