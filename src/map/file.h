@@ -19,10 +19,11 @@ namespace hgg {
 ///   payload   := classes tile_size delay revision next_id keyframes constraints nodes edges "END."   (frames joined)
 ///   classes   := u32 count, count x { u16 id, u16 length, length bytes UTF-8 name }        ascending by id
 ///   tile_size := f64                                                                       m, edge of the stuff tiles
-///   delay     := i64                                                                       us, by which odometry
-///   lagged revision  := i64 next_id   := i64                            the id of the next new node; above every id
-///   that was ever given keyframes := u64 count, count x { i64 utime_us, pose T_map_body } constraints := u64 count,
-///   count x { i32 a, i32 b, pose T_a_b, f64 sigma (m), f64 sigma_turn (rad), u8 is_loop,
+///   delay     := i64                            us, by which odometry lagged
+///   revision  := i64
+///   next_id   := i64                            the id of the next new node; above every id that was ever given
+///   keyframes := u64 count, count x { i64 utime_us, pose T_map_body }
+///   constraints := u64 count, count x { i32 a, i32 b, pose T_a_b, f64 sigma (m), f64 sigma_turn (rad), u8 is_loop,
 ///                f64 expected (m), f64 expected_turn (rad) };
 ///                a, b: indices of two keyframes; sigma, expected within 1e-6 .. 1e3 m, turns within 1e-7 .. 1e3 rad
 ///   nodes     := u64 count, count x node                                                   ascending by id

@@ -28,8 +28,9 @@ inline constexpr std::pair<Eigen::Index, Eigen::Index> kMapCovarianceOrder[] = {
 struct SigmaLimits {
   double least = 0, most = 0;
 };
+inline constexpr SigmaLimits kSigmaLimits{1e-6, 1e3}, kSigmaTurnLimits{1e-7, 1e3};  // m, rad
+
 /// Odometry that lags more has another clock, us.
 inline constexpr Micros kLongestDelay_us = 10'000'000;
-inline constexpr SigmaLimits kSigmaLimits{1e-6, 1e3}, kSigmaTurnLimits{1e-7, 1e3};  // m, rad
 
 }  // namespace hgg
