@@ -1,5 +1,5 @@
-// An OctoMap from the graph beside one from all raw points (octomap's insertPointCloud) of the same log, and what
-// keeping a cost grid around the robot takes beside mapping. Needs a log with true-sized clouds:
+// An OctoMap from the graph beside one from all raw points (octomap's insertPointCloud) of the same log. Needs a log
+// with true-sized clouds:
 //   HGG_BENCH_LOG=kitti_0001.lcm HGG_BENCH_CONFIG=firmware_cfg/semantickitti/hggmap.toml hgg_bench
 //   --benchmark_filter=Octomap
 #include <benchmark/benchmark.h>

@@ -64,7 +64,8 @@ class Mapper {
  private:
   /// Where the frame is expected; begins a new fragment of map where nothing tells.
   Prediction propagate(const Frame& frame, MapDelta& delta);
-  /// Whether the frame lies on the map as aligned; where it does not, it is looked for in a wider search.
+  /// Whether the frame lies on the map as aligned; where it does not, and while odometry is unproven, it is looked for
+  /// in a wider search.
   Tracking track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment);
   /// The frame fused into the map.
   MapDelta update(const LocalGraph& local, const Alignment& alignment, const std::optional<NewKeyframe>& keyframe);

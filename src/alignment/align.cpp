@@ -28,7 +28,7 @@ constexpr int kLeafPower = 2, kPairPower = 3;
 
 /// 95 % of true priors surprise less (chi-square of three degrees of freedom, divided by three).
 constexpr double kSurprising = 2.6;
-/// What one frame's alignment can tell, m and rad: measured on drives with true odometry.
+/// What one frame's alignment can tell, m and rad. Chosen by hand, of the size of odometry's jitter as configured.
 constexpr double kTold = 0.01, kToldTurn = 0.05 * kDegree;
 /// Directions of which the pairs tell less than this share of what the prior does are taken to be told that much.
 constexpr double kBlind = 1e-6;
@@ -219,7 +219,7 @@ FineAlignment alignLeaves(const LocalGraph& local, const Map& map, const std::ve
     const double surprise = surpriseOf(contested, fine.found);
     const Vec6 step = localCoordinates(fine.found.T_map_body, T_before);
     const bool rests = step.head<3>().norm() < kRests && step.tail<3>().norm() < kRestsTurn;
-    if (surprise < kSurprising && round == 0 && contested.information != prior.information) {
+    if (surprise < kSurprising && round == 0 && contested.information != prior.information) {  // believed as it came
       fine.prior = prior;
       fine.found = registerPairs(gaussians, kLeafShare, prior, fine.found.T_map_body, kRobustScale);
     }

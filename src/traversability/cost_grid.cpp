@@ -1,7 +1,6 @@
 #include "traversability/cost_grid.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -119,6 +118,7 @@ std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfi
   return static_cast<std::uint8_t>(std::lround(kCostWorst * (2 * hard + doubt) / 3));
 }
 
+/// Slope, step and cost of the surfaces of a column, out of all that is there.
 void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits) {
   const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
   for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
@@ -184,16 +184,7 @@ std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const st
   return verdicts;
 }
 
-}  // namespace
-
-void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row) {
-  for (std::int32_t row = first_row; row < end_row; ++row) {
-    for (std::int32_t column = 0; column < grid.shape.width; ++column) {
-      judge(grid, column, row, limits);
-    }
-  }
-}
-
+/// The surfaces of the columns out of the patches of so many sheets; the patches get sorted by cell.
 CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
                        double step_height) {
   const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
@@ -215,6 +206,8 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
   return grid;
 }
 
+}  // namespace
+
 CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
   std::vector<PlacedSheet> sheets;
@@ -228,7 +221,9 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
   sheets = {}, patches = {};
   fillGaps(grid, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {
-    judgeSurfaces(grid, limits, row, row + 1);
+    for (std::int32_t column = 0; column < shape.width; ++column) {
+      judge(grid, column, row, limits);
+    }
     if (progress) {
       progress(0.7 + 0.3 * (row + 1) / shape.height);
     }

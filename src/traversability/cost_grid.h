@@ -35,13 +35,6 @@ using ShareDone = std::function<void(double)>;
 CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress = nullptr);
 
-/// Slope, step and cost of the surfaces of the rows [first_row, end_row), out of all that is there.
-void judgeSurfaces(CostGrid& grid, const TraversabilityConfig& limits, std::int32_t first_row, std::int32_t end_row);
-
-/// The surfaces of the columns out of the patches of so many sheets, in any order; the patches get sorted by cell.
-CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
-                       double step_height);
-
 /// The region that all solid nodes lie in; nothing when there are none.
 std::optional<GridRegion> regionOf(const Map& map);
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double kWidest = 3.5;
 /// Ground with less than this share of the points of what stands around it was not looked at.
 constexpr float kLeastShare = 0.1F;
-constexpr int kLeastLines = 3;
+constexpr std::size_t kLeastLines = 3;
 
 struct Side {
   double distance = kWidest;  // m, to the first solid in the space of the body
@@ -42,20 +42,18 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
 bool isEnclosed(const CostGrid& grid, std::int32_t column, std::int32_t row, const Support& ground,
                 const TraversabilityConfig& limits) {
   constexpr std::array<std::pair<int, int>, 4> kLines{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
-  int lines = 0;
+  std::size_t open = 0;
   float densest = 0;
-  for (std::size_t k = 0; k < kLines.size() && static_cast<int>(k) <= lines + 1; ++k) {
-    const Side a = look(grid, column, row, kLines[k], ground, limits);
-    if (a.distance >= kWidest) {
-      continue;
-    }
-    const Side b = look(grid, column, row, {-kLines[k].first, -kLines[k].second}, ground, limits);
+  for (const auto& [dx, dy] : kLines) {
+    const Side a = look(grid, column, row, {dx, dy}, ground, limits);
+    const Side b = a.distance < kWidest ? look(grid, column, row, {-dx, -dy}, ground, limits) : Side{};
     if (a.distance + b.distance < kWidest) {
-      ++lines;
       densest = std::max({densest, a.density, b.density});
+    } else if (++open > kLines.size() - kLeastLines) {
+      return false;
     }
   }
-  return lines >= kLeastLines && ground.density < kLeastShare * densest;
+  return ground.density < kLeastShare * densest;
 }
 
 }  // namespace hgg
