@@ -215,6 +215,28 @@ TEST(Architecture, HeadersBeginWithPragmaOnce) {
   }
 }
 
+/// The library and the tools are linked into one program. To the linker two types of one name are one, and it takes the
+/// copy, destructor or container of either for both.
+TEST(Architecture, NoTwoHeadersDefineTypesOfOneName) {
+  static const std::regex kType(R"(^(?:struct|class|enum class) (\w+)(?: : [^{]*)? *\{)");
+  std::map<std::string, std::string> header_of;
+  for (const char* folder : {"src", "tools"}) {
+    const fs::path root = fs::path(HGG_SOURCE_DIR) / folder;
+    for (const auto& entry : fs::recursive_directory_iterator(root)) {
+      if (entry.path().extension() != ".h") {
+        continue;
+      }
+      for (const std::string& line : readSource(entry.path(), root).lines) {
+        if (std::smatch match; std::regex_search(line, match, kType)) {
+          const auto [known, is_new] = header_of.try_emplace(match[1], entry.path().string());
+          EXPECT_TRUE(is_new) << match[1] << " is defined in " << known->second << " and in " << entry.path();
+        }
+      }
+    }
+  }
+  EXPECT_TRUE(header_of.contains("Map") && header_of.contains("WalkGrid"));
+}
+
 TEST(Architecture, SourcesIncludeTheirOwnHeaderFirst) {
   for (const SourceFile& source : sources()) {
     const std::string header = fs::path(source.path).replace_extension(".h").generic_string();

@@ -309,12 +309,13 @@ TEST(ReadGraphJson, ReadsPublishedCovarianceAndGeometry) {
 }
 
 TEST(TransformPrediction, TurnsCovarianceAndGeometryAlong) {
-  Prediction object{1, 10, false, {Vec3(1, 0, 0), Vec3(4, 1, 1).asDiagonal(), 9}, Vec3(0.4, 0.1, 0.1).asDiagonal(), {}};
+  MappedObject object{1, 10, false, {Vec3(1, 0, 0), Vec3(4, 1, 1).asDiagonal(), 9}, Vec3(0.4, 0.1, 0.1).asDiagonal(),
+                      {}};
   object.geometry = {{Vec3(2, 0, 0), Vec3(1, 0, 0).asDiagonal(), 5}};
   Pose T = Pose::Identity();
   T.rotate(Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()));
   T.pretranslate(Vec3(0, 0, 1));
-  const Prediction turned = transform(T, object);
+  const MappedObject turned = transform(T, object);
   EXPECT_TRUE(turned.belief.mean.isApprox(Vec3(0, 1, 1)));
   EXPECT_NEAR(turned.position_cov(1, 1), 0.4, 1e-12);
   EXPECT_TRUE(turned.geometry[0].mean.isApprox(Vec3(0, 2, 1)));

@@ -8,7 +8,7 @@
 namespace hgg::html_report_test {
 namespace {
 
-Prediction predictionAt(NodeId id, const Vec3& mean) {
+MappedObject predictionAt(NodeId id, const Vec3& mean) {
   return {id, 10, false, {mean, Mat3::Identity(), 50}, 0.01 * Mat3::Identity(), {}};
 }
 
@@ -103,7 +103,7 @@ TEST(HtmlReport, NamesCannotBreakOutOfTheData) {
 
 TEST(HtmlReport, WallsStayFewHoweverLargeTheMap) {
   Evaluation e = smallEvaluation();
-  Prediction wall = predictionAt(13, Vec3::Zero());
+  MappedObject wall = predictionAt(13, Vec3::Zero());
   wall.stuff = true;
   for (int i = 0; i < 40'000; ++i) {
     wall.geometry.push_back({Vec3(i, 0, 0), Vec3(1, 0.0001, 1).asDiagonal(), 5});

@@ -14,15 +14,15 @@ TruthObject truthAt(std::int64_t id, const Vec3& mean, ClassId label = kCar, boo
   return {id, label, dynamic, false, 1, {mean, Mat3::Identity(), 100}};
 }
 
-Prediction predictionAt(NodeId id, const Vec3& mean, ClassId label = kCar, bool stuff = false) {
+MappedObject predictionAt(NodeId id, const Vec3& mean, ClassId label = kCar, bool stuff = false) {
   return {id, label, stuff, {mean, Mat3::Identity(), 100}};
 }
 
 TEST(EvaluateObjects, PerfectMapScoresOneAndZeroMetres) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(5, 0, 0)),
                                        truthAt(3, Vec3(0, 5, 0), kPole)};
-  const std::vector<Prediction> map{predictionAt(7, Vec3(5, 0, 0)), predictionAt(8, Vec3(0, 0, 0)),
-                                    predictionAt(9, Vec3(0, 5, 0), kPole)};
+  const std::vector<MappedObject> map{predictionAt(7, Vec3(5, 0, 0)), predictionAt(8, Vec3(0, 0, 0)),
+                                      predictionAt(9, Vec3(0, 5, 0), kPole)};
   const auto e = evaluateObjects(map, truth, 1.0, {});
   ASSERT_EQ(e.classes.size(), 2u);
   for (const ObjectScore* s : {&e.overall, &e.classes.at(kCar), &e.classes.at(kPole)}) {
@@ -41,9 +41,9 @@ TEST(EvaluateObjects, KnownPerturbationsScoreTheirArithmetic) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(10, 0, 0)),
                                        truthAt(3, Vec3(20, 0, 0)), truthAt(4, Vec3(30, 0, 0)),
                                        truthAt(5, Vec3(40, 0, 0))};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0.1, 0, 0)),  predictionAt(2, Vec3(10, 0.2, 0)),
-                                    predictionAt(3, Vec3(20, 0, 0.3)), predictionAt(4, Vec3(30.3, 0.4, 1.2)),
-                                    predictionAt(5, Vec3(100, 0, 0)),  predictionAt(6, Vec3(200, 0, 0))};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0.1, 0, 0)),  predictionAt(2, Vec3(10, 0.2, 0)),
+                                      predictionAt(3, Vec3(20, 0, 0.3)), predictionAt(4, Vec3(30.3, 0.4, 1.2)),
+                                      predictionAt(5, Vec3(100, 0, 0)),  predictionAt(6, Vec3(200, 0, 0))};
   const auto s = evaluateObjects(map, truth, 1.5, {}).overall;
   EXPECT_EQ(s.matches.size(), 4u);
   EXPECT_DOUBLE_EQ(s.precision(), 4.0 / 6.0);
@@ -60,7 +60,7 @@ TEST(EvaluateObjects, ExtentErrorIsTheWassersteinDistance) {
   // Commuting covariances: W2^2 = |difference of means|^2 + sum of (difference of deviations)^2.
   TruthObject object = truthAt(1, Vec3(0, 0, 0));
   object.belief.cov = Vec3(4.0, 1.0, 0.25).asDiagonal();
-  Prediction perfect = predictionAt(1, Vec3(0, 0, 0)), off = predictionAt(1, Vec3(0.3, 0, 0));
+  MappedObject perfect = predictionAt(1, Vec3(0, 0, 0)), off = predictionAt(1, Vec3(0.3, 0, 0));
   perfect.belief.cov = object.belief.cov;
   off.belief.cov = Vec3(2.25, 1.0, 0.0).asDiagonal();
   EXPECT_NEAR(evaluateObjects(std::vector{perfect}, std::vector{object}, 1.0, {}).overall.extentError().max, 0.0, 1e-7);
@@ -70,7 +70,7 @@ TEST(EvaluateObjects, ExtentErrorIsTheWassersteinDistance) {
 
 TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
   std::vector<TruthObject> truth;
-  std::vector<Prediction> map;
+  std::vector<MappedObject> map;
   for (int i = 0; i < 4; ++i) {
     truth.push_back(truthAt(i, Vec3(10.0 * i, 0, 0)));
     map.push_back(predictionAt(i, Vec3(10.0 * i + 0.2, 0, 0)));
@@ -84,7 +84,7 @@ TEST(EvaluateObjects, CalibrationIsOfThePublishedCovariance) {
 }
 
 TEST(EvaluateObjects, CalibrationIsOfTheMapsOwnFrame) {
-  Prediction car = predictionAt(1, Vec3::Zero());
+  MappedObject car = predictionAt(1, Vec3::Zero());
   car.position_cov = Vec3(0.04, 1, 1).asDiagonal();
   Pose T_beliefs = Pose::Identity();  // the fit moved the map by -0.4 m along y and turned it by -90 degrees
   T_beliefs.linear() = Eigen::AngleAxisd(M_PI / 2, Vec3::UnitZ()).toRotationMatrix();
@@ -95,7 +95,7 @@ TEST(EvaluateObjects, CalibrationIsOfTheMapsOwnFrame) {
 }
 
 TEST(EvaluateObjects, CalibrationByPointsIsOfTheExtentOverThePoints) {
-  Prediction car = predictionAt(1, Vec3(0.2, 0, 0));
+  MappedObject car = predictionAt(1, Vec3(0.2, 0, 0));
   car.belief.cov = 4 * Mat3::Identity();
   car.belief.kappa = 400;
   car.position_cov = 0.04 * Mat3::Identity();
@@ -107,7 +107,7 @@ TEST(EvaluateObjects, CalibrationByPointsIsOfTheExtentOverThePoints) {
 
 TEST(EvaluateObjects, DuplicateIsAGhost) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0.5, 0, 0)), predictionAt(2, Vec3(0.2, 0, 0))};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0.5, 0, 0)), predictionAt(2, Vec3(0.2, 0, 0))};
   const auto s = evaluateObjects(map, truth, 1.0, {}).overall;
   ASSERT_EQ(s.matches.size(), 1u);
   EXPECT_EQ(s.matches[0].prediction, 2);
@@ -119,7 +119,7 @@ TEST(EvaluateObjects, DuplicateIsAGhost) {
 TEST(EvaluateObjects, ClosestPairGoesFirst) {
   // Prediction 1 is nearest to truth 1, but truth 1 has a closer prediction: 1 takes what is left.
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(2, 0, 0))};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0.8, 0, 0)), predictionAt(2, Vec3(-0.1, 0, 0))};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0.8, 0, 0)), predictionAt(2, Vec3(-0.1, 0, 0))};
   const auto s = evaluateObjects(map, truth, 1.5, {}).overall;
   ASSERT_EQ(s.matches.size(), 2u);
   EXPECT_EQ(s.matches[0].prediction, 2);
@@ -130,7 +130,7 @@ TEST(EvaluateObjects, ClosestPairGoesFirst) {
 
 TEST(EvaluateObjects, TieGoesToTheSmallerIds) {
   const std::vector<TruthObject> truth{truthAt(2, Vec3(1, 0, 0)), truthAt(1, Vec3(-1, 0, 0))};
-  const std::vector<Prediction> map{predictionAt(9, Vec3(0, 1, 0)), predictionAt(4, Vec3(0, -1, 0))};
+  const std::vector<MappedObject> map{predictionAt(9, Vec3(0, 1, 0)), predictionAt(4, Vec3(0, -1, 0))};
   const auto s = evaluateObjects(map, truth, 2.0, {}).overall;
   ASSERT_EQ(s.matches.size(), 2u);
   EXPECT_EQ(s.matches[0].prediction, 4);
@@ -139,7 +139,7 @@ TEST(EvaluateObjects, TieGoesToTheSmallerIds) {
 
 TEST(EvaluateObjects, WrongClassIsBothMissedAndGhost) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0), kPole)};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0, 0, 0), kPole)};
   const auto e = evaluateObjects(map, truth, 1.0, {});
   EXPECT_EQ(e.overall.matches.size(), 0u);
   EXPECT_EQ(e.classes.at(kCar).recall(), 0.0);
@@ -159,8 +159,8 @@ TEST(EvaluateObjects, RadiusIncludesItsEdge) {
 TEST(EvaluateObjects, DynamicTruthNeitherCountsNorCosts) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(10, 0, 0), kCar, true),
                                        truthAt(3, Vec3(50, 0, 0), kCar, true)};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(10.1, 0, 0)),
-                                    predictionAt(3, Vec3(10.5, 0, 0))};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(10.1, 0, 0)),
+                                      predictionAt(3, Vec3(10.5, 0, 0))};
   const auto e = evaluateObjects(map, truth, 1.0, {});
   EXPECT_EQ(e.overall.truth, 1u);
   EXPECT_EQ(e.overall.recall(), 1.0);
@@ -190,15 +190,15 @@ TEST(EvaluateObjects, DynamicTruthTakesNothingFromStaticTruth) {
 }
 
 TEST(EvaluateObjects, StuffIsLeftOut) {
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0), 40, true), predictionAt(2, Vec3(0, 0, 0))};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0, 0, 0), 40, true), predictionAt(2, Vec3(0, 0, 0))};
   const auto e = evaluateObjects(map, std::vector{truthAt(1, Vec3(0, 0, 0))}, 1.0, {});
   EXPECT_EQ(e.overall.predicted, 1u);
   EXPECT_FALSE(e.classes.contains(40));
 }
 
 TEST(MarkThings, GhostsCannotHideAsStuffInAClassOfThings) {
-  std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kCar, true),
-                              predictionAt(3, Vec3(0, 0, 0), 40, true)};
+  std::vector<MappedObject> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kCar, true),
+                                predictionAt(3, Vec3(0, 0, 0), 40, true)};
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0))};
   markThings(map, truth);
   EXPECT_FALSE(map[1].stuff);
@@ -208,7 +208,7 @@ TEST(MarkThings, GhostsCannotHideAsStuffInAClassOfThings) {
 
 TEST(EvaluateObjects, OnlyAskedClassesAreLookedAt) {
   const std::vector<TruthObject> truth{truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(5, 0, 0), kPole)};
-  const std::vector<Prediction> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kPole)};
+  const std::vector<MappedObject> map{predictionAt(1, Vec3(0, 0, 0)), predictionAt(2, Vec3(9, 0, 0), kPole)};
   const auto e = evaluateObjects(map, truth, 1.0, {kCar});
   EXPECT_EQ(e.overall.truth, 1u);
   EXPECT_EQ(e.overall.precision(), 1.0);
@@ -217,7 +217,7 @@ TEST(EvaluateObjects, OnlyAskedClassesAreLookedAt) {
 
 TEST(EvaluateObjects, OrderOfInputDoesNotMatter) {
   std::vector<TruthObject> truth;
-  std::vector<Prediction> map;
+  std::vector<MappedObject> map;
   const RandomKey key{11, 0};
   for (int i = 0; i < 40; ++i) {
     const auto c = static_cast<std::uint64_t>(3 * i);

@@ -118,7 +118,7 @@ TEST(Plans, DrawnPairsAreTheSameEveryTimeAndHaveAWay) {
 
 TEST(Plans, RequestsAndAnswersAreFiles) {
   const Scratch scratch;
-  const std::vector<PlanRequest> requests{{{1, 2, 3}, {4, 5, 6.125}, 7.5}};
+  const std::vector<PlanPair> requests{{{1, 2, 3}, {4, 5, 6.125}, 7.5}};
   ASSERT_EQ(writePlanRequests(requests, scratch / "r.jsonl"), "");
   EXPECT_EQ(readText(scratch / "r.jsonl"), "{\"from\":[1.0,2.0,3.0],\"shortest\":7.5,\"to\":[4.0,5.0,6.125]}\n");
   const auto read = readPlanRequests(scratch / "r.jsonl");
@@ -139,7 +139,7 @@ TEST(Plans, WhatAPathMeetsIsTold) {
   WalkGrid grid = floorTruth();
   wall(grid, 50, 0, 40);
   const Vec3 from(2.05, 2.05, 0), to(8.05, 2.05, 0);
-  const PlanRequest request{from, to, 8.0};
+  const PlanPair request{from, to, 8.0};
   const PlanAnswer around{true, {from, {5.0, 4.6, 0.1}, to}}, through{true, {from, to}},
       in_the_air{true, {from, {5.0, 4.6, 0.5}, to}}, elsewhere{true, {from, {5.0, 4.6, 0}}}, none{false, {}};
   const PlanScore score =

@@ -15,8 +15,8 @@ TruthObject truthAt(std::int64_t id, const Vec3& mean) {
   return object;
 }
 
-std::vector<Match> matchesOf(const std::vector<std::pair<NodeId, std::int64_t>>& pairs) {
-  std::vector<Match> matches;
+std::vector<ObjectMatch> matchesOf(const std::vector<std::pair<NodeId, std::int64_t>>& pairs) {
+  std::vector<ObjectMatch> matches;
   for (const auto& [prediction, truth] : pairs) {
     matches.emplace_back();
     matches.back().prediction = prediction, matches.back().truth = truth;

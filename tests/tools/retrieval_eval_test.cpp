@@ -11,7 +11,7 @@ namespace {
 const std::vector<TruthQuery> kQueries{
     {"the bench", 1, "bench"}, {"the lamp", 2, "lamp"}, {"the bin", 3, "bin"}, {"the plant", 4, "plant"}};
 /// Truth 1 is node 11, 2 is 12, 3 is 13; 4 was missed.
-const std::vector<Match> kMatches{{11, 1, 0.1}, {12, 2, 0.1}, {13, 3, 0.1}};
+const std::vector<ObjectMatch> kMatches{{11, 1, 0.1}, {12, 2, 0.1}, {13, 3, 0.1}};
 
 TEST(ScoreRetrieval, CountsTheRankOfTheTargetsNode) {
   const std::vector<QueryAnswer> answers{

@@ -47,13 +47,13 @@ TEST(MapGrid, VerdictsAreThoseOfTheLevelNearestInHeight) {
   map.levels = 3;
   map.cost = {kBlocked, 252, kUnknown};
   map.heights = {0.0F, 0.5F, kNaN};
-  EXPECT_EQ(verdictAt(map, 0, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Verdict::kBlocked);
-  EXPECT_EQ(verdictAt(map, 0, 0, {0.3, 0.3 - 0.3, 0.3 + 0.3}), Verdict::kWalkable);
-  EXPECT_EQ(verdictAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Verdict::kUnknown);
-  EXPECT_EQ(verdictAt(map, 1, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Verdict::kUnknown);
+  EXPECT_EQ(walkabilityAt(map, 0, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Walkability::kBlocked);
+  EXPECT_EQ(walkabilityAt(map, 0, 0, {0.3, 0.3 - 0.3, 0.3 + 0.3}), Walkability::kWalkable);
+  EXPECT_EQ(walkabilityAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Walkability::kUnknown);
+  EXPECT_EQ(walkabilityAt(map, 1, 0, {0.2, 0.2 - 0.3, 0.2 + 0.3}), Walkability::kUnknown);
   map.cost[2] = kBlocked;  // at no height: at every height where there is nothing else
-  EXPECT_EQ(verdictAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Verdict::kBlocked);
-  EXPECT_EQ(verdictAt(map, 0, 0, {0.4, 0.4 - 0.3, 0.4 + 0.3}), Verdict::kWalkable);
+  EXPECT_EQ(walkabilityAt(map, 0, 0, {0.81, 0.81 - 0.3, 0.81 + 0.3}), Walkability::kBlocked);
+  EXPECT_EQ(walkabilityAt(map, 0, 0, {0.4, 0.4 - 0.3, 0.4 + 0.3}), Walkability::kWalkable);
 }
 
 TEST(MapGrid, IsReadAsItIsExported) {
@@ -342,7 +342,7 @@ TEST(Evaluate, PlansAreAskedForInTheMapsFrameAndScoredAfterwards) {
   ASSERT_TRUE(requests) << requests.error;
   ASSERT_EQ(requests->size(), 5U);
   std::string answers;
-  for (const PlanRequest& r : *requests) {
+  for (const PlanPair& r : *requests) {
     EXPECT_TRUE(r.from.x() > 0.4 && r.from.x() < 2.6 && r.from.y() > -3.1 && r.from.y() < 2.1) << r.from;
     const auto text = [](const Vec3& p) {
       return "[" + std::to_string(p.x()) + "," + std::to_string(p.y()) + "," + std::to_string(p.z()) + "]";

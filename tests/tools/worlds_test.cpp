@@ -215,8 +215,8 @@ TEST(Way, IsClosedEvenAndKeepsItsStraights) {
   EXPECT_NEAR(way.at(10.0).position.y(), 0.0, 1e-6);
 }
 
-TEST(Travel, TimeAndProgressAreInverse) {
-  const Travel travel({{{0, 0}, {20, 0}, {20, 10}, {0, 10}}, 4.0}, 1.5, 0.6);
+TEST(Journey, TimeAndProgressAreInverse) {
+  const Journey travel({{{0, 0}, {20, 0}, {20, 10}, {0, 10}}, 4.0}, 1.5, 0.6);
   for (double s = 0.1; s < travel.way().length(); s += 1.7) {
     EXPECT_NEAR(travel.progress(travel.timeAt(s)), s, 1e-6);
   }

@@ -248,9 +248,9 @@ PointSet pointsOf(const std::vector<CloudPoint>& cloud, const std::set<ClassId>&
   return points;
 }
 
-std::vector<Belief> leavesOf(const std::vector<Prediction>& objects, const std::set<ClassId>& without) {
+std::vector<Belief> leavesOf(const std::vector<MappedObject>& objects, const std::set<ClassId>& without) {
   std::vector<Belief> leaves;
-  for (const Prediction& object : objects) {
+  for (const MappedObject& object : objects) {
     if (!without.contains(object.label)) {
       leaves.insert(leaves.end(), object.geometry.begin(), object.geometry.end());
     }
@@ -401,7 +401,7 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   if (evaluation.trajectory) {
     T_truth_first = evaluation.trajectory->T_truth_first;
     T_beliefs = T_truth_first * evaluation.trajectory->T_truth_map.inverse();
-    for (Prediction& object : graph->objects) {
+    for (MappedObject& object : graph->objects) {
       object = transform(evaluation.trajectory->T_truth_map, object);
     }
   }

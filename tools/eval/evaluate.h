@@ -64,7 +64,7 @@ struct Path {
 
 /// Everything in the truth's frame.
 struct Scenery {
-  std::vector<Prediction> predictions;
+  std::vector<MappedObject> predictions;
   std::vector<TruthObject> truth;
   std::optional<Path> corrected, odometry;
 };

@@ -36,7 +36,7 @@ std::string problemOf(const Mat3& cov, double rounding) {
   return eigenSymmetric(cov).values[0] >= -tolerance ? "" : "has a negative eigenvalue";
 }
 
-std::string problemOf(const Prediction& object) {
+std::string problemOf(const MappedObject& object) {
   if (!object.belief.mean.allFinite()) {
     return "mean is not finite";
   }
@@ -62,7 +62,7 @@ std::string problemOf(const Prediction& object) {
 /// two objects with one id only one could be a ghost.
 Result<PredictedGraph> checked(PredictedGraph graph, const std::filesystem::path& path) {
   std::set<NodeId> ids;
-  for (const Prediction& object : graph.objects) {
+  for (const MappedObject& object : graph.objects) {
     const std::string problem = ids.insert(object.id).second ? problemOf(object) : "this id appears twice";
     if (!problem.empty()) {
       return Result<PredictedGraph>::fail(path.string() + ": object " + std::to_string(object.id) + ": " + problem);
@@ -81,14 +81,14 @@ Belief beliefOf(const json& entry) {
   return {Vec3(mean.data()), matrixOf(entry.at("cov")), entry.at("kappa").get<double>()};
 }
 
-Result<Prediction> predictionOf(const json& entry) {
+Result<MappedObject> predictionOf(const json& entry) {
   const json &id = entry.at("id"), &label = entry.at("label");
   if (!id.is_number_integer() || !isLabel(label)) {
-    return Result<Prediction>::fail(
+    return Result<MappedObject>::fail(
         "object " + id.dump() +
         (isLabel(label) ? ": the id is not a whole number" : ": label " + label.dump() + kNoLabel));
   }
-  Prediction object;
+  MappedObject object;
   object.id = id.get<NodeId>();
   object.label = label.get<ClassId>();
   object.stuff = entry.value("stuff", false);
@@ -98,7 +98,7 @@ Result<Prediction> predictionOf(const json& entry) {
   for (const json& leaf : entry.value("geometry", json::array())) {
     object.geometry.push_back(beliefOf(leaf));
   }
-  return Result<Prediction>::ok(std::move(object));
+  return Result<MappedObject>::ok(std::move(object));
 }
 
 Result<std::map<ClassId, std::string>> classNamesOf(const json& classes) {
@@ -131,8 +131,8 @@ Result<PredictedGraph> graphOf(const json& root) {
   return Result<PredictedGraph>::ok(std::move(graph));
 }
 
-Prediction predictionOf(const Map& map, const MapNode& node) {
-  Prediction object{node.id, node.label, node.stuff, node.belief, positionCovarianceInMap(map, node), {}};
+MappedObject predictionOf(const Map& map, const MapNode& node) {
+  MappedObject object{node.id, node.label, node.stuff, node.belief, positionCovarianceInMap(map, node), {}};
   object.geometry.reserve(leavesOf(node).size());
   for (const Leaf& leaf : leavesOf(node)) {
     object.geometry.push_back(transform(node.T_map_object, unpackLeaf(leaf)));
@@ -146,8 +146,8 @@ bool isGraphVersion1(const json& root) {
 
 }  // namespace
 
-Prediction transform(const Pose& T_a_b, const Prediction& object) {
-  Prediction moved = object;
+MappedObject transform(const Pose& T_a_b, const MappedObject& object) {
+  MappedObject moved = object;
   moved.belief = transform(T_a_b, object.belief);
   moved.position_cov = T_a_b.linear() * object.position_cov * T_a_b.linear().transpose();
   for (Belief& leaf : moved.geometry) {

@@ -13,7 +13,7 @@
 namespace hgg {
 
 /// An object of the map under evaluation, map frame.
-struct Prediction {
+struct MappedObject {
   NodeId id = 0;
   ClassId label = 0;
   bool stuff = false;
@@ -23,13 +23,13 @@ struct Prediction {
 };
 
 struct PredictedGraph {
-  std::vector<Prediction> objects;
+  std::vector<MappedObject> objects;
   std::map<ClassId, std::string> class_names;
   std::shared_ptr<const Map> map = {};  // that they come from; null for a graph JSON
 };
 
 /// The object as seen from another frame, geometry included.
-Prediction transform(const Pose& T_a_b, const Prediction& object);
+MappedObject transform(const Pose& T_a_b, const MappedObject& object);
 
 /// Both readers refuse ids that appear twice and numbers without a meaning: kappa of 0 or less, covariances that are
 /// not finite, not symmetric or not positive semi-definite (a zero one is fine). The nodes of a map.hgg that it

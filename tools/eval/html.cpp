@@ -24,7 +24,7 @@ json point(const Vec3& p) { return {rounded(p.x()), rounded(p.y()), rounded(p.z(
 
 json horizontal(const Mat3& cov) { return {cov(0, 0), cov(0, 1), cov(1, 1)}; }
 
-const Match* findMatch(const std::vector<Match>& matches, auto Match::*key, auto id) {
+const ObjectMatch* findMatch(const std::vector<ObjectMatch>& matches, auto ObjectMatch::*key, auto id) {
   const auto match = std::ranges::find(matches, id, key);
   return match == matches.end() ? nullptr : &*match;
 }
@@ -35,7 +35,7 @@ json truthObjects(const Evaluation& e) {
     if (!e.objects.classes.contains(object.label)) {
       continue;  // not asked for
     }
-    const bool is_found = findMatch(e.objects.overall.matches, &Match::truth, object.id) != nullptr;
+    const bool is_found = findMatch(e.objects.overall.matches, &ObjectMatch::truth, object.id) != nullptr;
     list.push_back({{"id", object.id},
                     {"name", className(e, object.label)},
                     {"mean", point(object.belief.mean)},
@@ -51,12 +51,12 @@ json truthObjects(const Evaluation& e) {
 
 json predictedObjects(const Evaluation& e) {
   json list = json::array();
-  for (const Prediction& object : e.scenery.predictions) {
+  for (const MappedObject& object : e.scenery.predictions) {
     if (object.stuff || !e.objects.classes.contains(object.label)) {
       continue;
     }
-    const Match* match = findMatch(e.objects.overall.matches, &Match::prediction, object.id);
-    const bool is_moving = findMatch(e.objects.dynamic, &Match::prediction, object.id) != nullptr;
+    const ObjectMatch* match = findMatch(e.objects.overall.matches, &ObjectMatch::prediction, object.id);
+    const bool is_moving = findMatch(e.objects.dynamic, &ObjectMatch::prediction, object.id) != nullptr;
     json entry{{"id", object.id},
                {"name", className(e, object.label)},
                {"mean", point(object.belief.mean)},
@@ -106,9 +106,9 @@ json errorCurve(const Path& path) {
   return points;
 }
 
-std::vector<Vec3> uprightLeaves(const std::vector<Prediction>& predictions) {
+std::vector<Vec3> uprightLeaves(const std::vector<MappedObject>& predictions) {
   std::vector<Vec3> points;
-  for (const Prediction& object : predictions) {
+  for (const MappedObject& object : predictions) {
     for (const Belief& leaf : object.stuff ? object.geometry : std::vector<Belief>()) {
       if (std::abs(eigenSymmetric(leaf.cov).vectors(2, 0)) < kUpright) {
         points.push_back(leaf.mean);
@@ -119,7 +119,7 @@ std::vector<Vec3> uprightLeaves(const std::vector<Prediction>& predictions) {
 }
 
 /// What stands and is no thing, as cells of a horizontal grid: as coarse as it takes to stay few.
-json walls(const std::vector<Prediction>& predictions) {
+json walls(const std::vector<MappedObject>& predictions) {
   const std::vector<Vec3> points = uprightLeaves(predictions);
   std::set<std::pair<std::int64_t, std::int64_t>> cells;
   double cell = 0.125;

@@ -73,24 +73,24 @@ Result<MapGrid> readMapGrid(const std::filesystem::path& layers_json) {
   }
 }
 
-Verdict verdictOf(std::uint8_t cost) {
-  return cost <= kWorst ? Verdict::kWalkable : cost == kUnknownCost ? Verdict::kUnknown : Verdict::kBlocked;
+Walkability walkabilityOf(std::uint8_t cost) {
+  return cost <= kWorst ? Walkability::kWalkable : cost == kUnknownCost ? Walkability::kUnknown : Walkability::kBlocked;
 }
 
-Verdict verdictAt(const MapGrid& grid, int x, int y, const HeightRange& range) {
-  Verdict found = Verdict::kUnknown;
+Walkability walkabilityAt(const MapGrid& grid, int x, int y, const HeightRange& range) {
+  Walkability found = Walkability::kUnknown;
   if (x < 0 || y < 0 || x >= grid.width || y >= grid.height) {
     return found;
   }
   std::optional<double> nearest;
   for (int level = 0; level < grid.levels; ++level) {
-    const Verdict verdict = verdictOf(grid.cost[grid.at(level, x, y)]);
+    const Walkability verdict = walkabilityOf(grid.cost[grid.at(level, x, y)]);
     const auto height = static_cast<double>(grid.heights[grid.at(level, x, y)]);
     const double apart = std::abs(height - range.z);
     if (std::isnan(height)) {
-      found = verdict == Verdict::kBlocked && !nearest ? verdict : found;
+      found = verdict == Walkability::kBlocked && !nearest ? verdict : found;
     } else if (height >= range.lo && height <= range.hi && apart <= nearest.value_or(apart) &&
-               verdict != Verdict::kUnknown) {
+               verdict != Walkability::kUnknown) {
       nearest = apart;
       found = verdict;
     }

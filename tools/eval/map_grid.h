@@ -11,7 +11,7 @@
 namespace hgg {
 
 /// What a map says of a place.
-enum class Verdict : std::uint8_t { kWalkable, kBlocked, kUnknown };
+enum class Walkability : std::uint8_t { kWalkable, kBlocked, kUnknown };
 
 /// The grid that `hggmap export --format grid` writes beside its picture, see lcmtypes/hgg_traversability_t.lcm.
 struct MapGrid {
@@ -32,13 +32,13 @@ struct MapGrid {
 /// Reads F.layers.json and the arrays it names. Errors: other formats, arrays of another size, no cost or no height.
 Result<MapGrid> readMapGrid(const std::filesystem::path& layers_json);
 
-Verdict verdictOf(std::uint8_t cost);
+Walkability walkabilityOf(std::uint8_t cost);
 /// Heights in which a surface is looked for: the nearest to z wins.
 struct HeightRange {
   double z = 0, lo = 0, hi = 0;  // m
 };
 /// What the grid says of a surface in a cell: the word of the level nearest in height. A blocked level without a height
 /// is at every height, but only where no other is near. Outside: unknown.
-Verdict verdictAt(const MapGrid& grid, int x, int y, const HeightRange& range);
+Walkability walkabilityAt(const MapGrid& grid, int x, int y, const HeightRange& range);
 
 }  // namespace hgg

@@ -12,26 +12,26 @@ constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 double ratio(double part, double whole) { return whole > 0 ? part / whole : kNothing; }
 
-std::vector<double> valuesOf(const std::vector<Match>& matches, double Match::*value) {
+std::vector<double> valuesOf(const std::vector<ObjectMatch>& matches, double ObjectMatch::*value) {
   std::vector<double> values(matches.size());
   std::ranges::transform(matches, values.begin(), value);
   return values;
 }
 
-Prediction withoutGeometry(const Prediction& object) {
+MappedObject withoutGeometry(const MappedObject& object) {
   return {object.id, object.label, object.stuff, object.belief, object.position_cov, {}};
 }
 
 /// Pairs of the same class within `radius`, closest first.
-std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                double radius, const Pose& T_beliefs) {
-  std::vector<Match> pairs;
-  for (const Prediction& prediction : predictions) {
+std::vector<ObjectMatch> pairsInRange(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
+                                      double radius, const Pose& T_beliefs) {
+  std::vector<ObjectMatch> pairs;
+  for (const MappedObject& prediction : predictions) {
     for (const TruthObject& object : truth) {
       const Vec3 error = prediction.belief.mean - object.belief.mean;
       const double distance = error.norm();
       if (prediction.label == object.label && distance <= radius) {
-        const Prediction in_map = transform(T_beliefs, withoutGeometry(prediction));
+        const MappedObject in_map = transform(T_beliefs, withoutGeometry(prediction));
         const Vec3 error_in_map = in_map.belief.mean - object.belief.mean;
         const Mat3 by_points = covarianceOfIndependentPoints(in_map.belief);
         pairs.push_back({prediction.id, object.id, distance, wasserstein2(prediction.belief, object.belief),
@@ -40,16 +40,16 @@ std::vector<Match> pairsInRange(std::span<const Prediction> predictions, std::sp
       }
     }
   }
-  std::ranges::sort(pairs, {}, [](const Match& m) { return std::tuple(m.distance, m.prediction, m.truth); });
+  std::ranges::sort(pairs, {}, [](const ObjectMatch& m) { return std::tuple(m.distance, m.prediction, m.truth); });
   return pairs;
 }
 
-std::vector<Match> matchGreedily(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
-                                 double radius, const Pose& T_beliefs) {
+std::vector<ObjectMatch> matchGreedily(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
+                                       double radius, const Pose& T_beliefs) {
   std::set<NodeId> used_predictions;
   std::set<std::int64_t> used_truth;
-  std::vector<Match> matches;
-  for (const Match& pair : pairsInRange(predictions, truth, radius, T_beliefs)) {
+  std::vector<ObjectMatch> matches;
+  for (const ObjectMatch& pair : pairsInRange(predictions, truth, radius, T_beliefs)) {
     if (!used_predictions.contains(pair.prediction) && !used_truth.contains(pair.truth)) {
       used_predictions.insert(pair.prediction);
       used_truth.insert(pair.truth);
@@ -59,23 +59,23 @@ std::vector<Match> matchGreedily(std::span<const Prediction> predictions, std::s
   return matches;
 }
 
-void removeMatched(std::vector<Prediction>& predictions, const std::vector<Match>& matches) {
+void removeMatched(std::vector<MappedObject>& predictions, const std::vector<ObjectMatch>& matches) {
   std::set<NodeId> matched;
-  for (const Match& match : matches) {
+  for (const ObjectMatch& match : matches) {
     matched.insert(match.prediction);
   }
-  std::erase_if(predictions, [&](const Prediction& p) { return matched.contains(p.id); });
+  std::erase_if(predictions, [&](const MappedObject& p) { return matched.contains(p.id); });
 }
 
-ObjectScore score(std::span<const TruthObject> truth, const std::vector<Match>& matches,
-                  std::span<const Prediction> ghosts) {
+ObjectScore score(std::span<const TruthObject> truth, const std::vector<ObjectMatch>& matches,
+                  std::span<const MappedObject> ghosts) {
   ObjectScore result{truth.size(), matches.size() + ghosts.size(), matches, {}, {}};
   for (const TruthObject& object : truth) {
-    if (std::ranges::find(matches, object.id, &Match::truth) == matches.end()) {
+    if (std::ranges::find(matches, object.id, &ObjectMatch::truth) == matches.end()) {
       result.missed.push_back(object.id);
     }
   }
-  for (const Prediction& ghost : ghosts) {
+  for (const MappedObject& ghost : ghosts) {
     result.ghosts.push_back(ghost.id);
   }
   return result;
@@ -90,15 +90,15 @@ void append(ObjectScore& sum, const ObjectScore& part) {
 }
 
 struct ClassMembers {
-  std::vector<Prediction> predictions;
+  std::vector<MappedObject> predictions;
   std::vector<TruthObject> fixed, dynamic;
 };
 
-std::map<ClassId, ClassMembers> byClass(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+std::map<ClassId, ClassMembers> byClass(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
                                         const std::set<ClassId>& only) {
   const auto wanted = [&](ClassId label) { return only.empty() || only.contains(label); };
   std::map<ClassId, ClassMembers> classes;
-  for (const Prediction& prediction : predictions) {
+  for (const MappedObject& prediction : predictions) {
     if (!prediction.stuff && wanted(prediction.label)) {
       classes[prediction.label].predictions.push_back(prediction);
     }
@@ -134,29 +134,31 @@ double ObjectScore::f1() const {
   return ratio(2.0 * static_cast<double>(matches.size()), static_cast<double>(truth + predicted));
 }
 
-Spread ObjectScore::positionError() const { return spreadOf(valuesOf(matches, &Match::distance)); }
+Spread ObjectScore::positionError() const { return spreadOf(valuesOf(matches, &ObjectMatch::distance)); }
 
-Spread ObjectScore::extentError() const { return spreadOf(valuesOf(matches, &Match::extent_error)); }
+Spread ObjectScore::extentError() const { return spreadOf(valuesOf(matches, &ObjectMatch::extent_error)); }
 
 Calibration ObjectScore::calibration() const {
-  return calibrate(valuesOf(matches, &Match::normalised_square), valuesOf(matches, &Match::position_variance));
+  return calibrate(valuesOf(matches, &ObjectMatch::normalised_square),
+                   valuesOf(matches, &ObjectMatch::position_variance));
 }
 
 Calibration ObjectScore::calibrationByPoints() const {
-  return calibrate(valuesOf(matches, &Match::square_by_points), valuesOf(matches, &Match::variance_by_points));
+  return calibrate(valuesOf(matches, &ObjectMatch::square_by_points),
+                   valuesOf(matches, &ObjectMatch::variance_by_points));
 }
 
-void markThings(std::vector<Prediction>& predictions, std::span<const TruthObject> truth) {
+void markThings(std::vector<MappedObject>& predictions, std::span<const TruthObject> truth) {
   std::set<ClassId> things;
   for (const TruthObject& object : truth) {
     things.insert(object.label);
   }
-  for (Prediction& prediction : predictions) {
+  for (MappedObject& prediction : predictions) {
     prediction.stuff = prediction.stuff && !things.contains(prediction.label);
   }
 }
 
-ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+ObjectEvaluation evaluateObjects(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
                                  double radius, const std::set<ClassId>& only, const Pose& T_beliefs) {
   ObjectEvaluation evaluation;
   for (auto& [label, members] : byClass(predictions, truth, only)) {

@@ -11,7 +11,7 @@
 
 namespace hgg {
 
-struct Match {
+struct ObjectMatch {
   NodeId prediction = 0;
   std::int64_t truth = 0;
   double distance = 0;           // m between the means
@@ -33,7 +33,7 @@ Spread spreadOf(std::vector<double> values);
 struct ObjectScore {
   std::size_t truth = 0;      // static true objects
   std::size_t predicted = 0;  // predictions, without those that stand for a dynamic true object
-  std::vector<Match> matches;
+  std::vector<ObjectMatch> matches;
   std::vector<std::int64_t> missed;  // true objects without a match
   std::vector<NodeId> ghosts;        // predictions without a match
 
@@ -49,12 +49,12 @@ struct ObjectScore {
 
 /// A class with true objects is one of things, whatever the map says of its own objects: else a map could hide its
 /// ghosts by calling them stuff.
-void markThings(std::vector<Prediction>& predictions, std::span<const TruthObject> truth);
+void markThings(std::vector<MappedObject>& predictions, std::span<const TruthObject> truth);
 
 struct ObjectEvaluation {
   std::map<ClassId, ObjectScore> classes;
   ObjectScore overall;
-  std::vector<Match> dynamic;  // predictions set aside because they stand for a dynamic true object
+  std::vector<ObjectMatch> dynamic;  // predictions set aside because they stand for a dynamic true object
 };
 
 /// Object accuracy as in the paper: greedy nearest matching of the same class within `radius`, over things (predictions
@@ -66,7 +66,7 @@ struct ObjectEvaluation {
 ///
 /// Predictions are matched where they lie. What the map says of how well it knows them is said of its own frame, that
 /// of its first keyframe: `T_beliefs` moves them to where they lie when that frame is laid on its true place.
-ObjectEvaluation evaluateObjects(std::span<const Prediction> predictions, std::span<const TruthObject> truth,
+ObjectEvaluation evaluateObjects(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
                                  double radius, const std::set<ClassId>& only,
                                  const Pose& T_beliefs = Pose::Identity());
 

@@ -44,7 +44,7 @@ double lengthOf(const std::vector<Vec3>& path) {
   return length;
 }
 
-bool leadsFromTo(const PlanAnswer& answer, const PlanRequest& request) {
+bool leadsFromTo(const PlanAnswer& answer, const PlanPair& request) {
   constexpr double kThere = 0.5;  // m
   return answer.found && !answer.path.empty() && (answer.path.front() - request.from).norm() < kThere &&
          (answer.path.back() - request.to).norm() < kThere;
@@ -77,8 +77,8 @@ Met walk(const std::vector<Vec3>& path, const WalkGrid& truth, const Laying& lay
 
 }  // namespace
 
-std::vector<PlanRequest> drawPlans(const WalkGrid& truth, const Walker& walker, const Laying& laying, int count,
-                                   std::uint64_t seed) {
+std::vector<PlanPair> drawPlans(const WalkGrid& truth, const Walker& walker, const Laying& laying, int count,
+                                std::uint64_t seed) {
   constexpr double kApart = 2.0;  // m
   constexpr int kTries = 100;     // a request, before there is taken to be no room for any
   const WalkPaths paths(truth, walker);
@@ -86,7 +86,7 @@ std::vector<PlanRequest> drawPlans(const WalkGrid& truth, const Walker& walker, 
   std::mt19937_64 random(seed);
   const Pose T_truth_grid = truth.T_grid_map.inverse();
   const auto in_map = [&](std::uint32_t surface) { return laying.toMap(T_truth_grid * paths.place(surface)); };
-  std::vector<PlanRequest> requests;
+  std::vector<PlanPair> requests;
   for (int tries = 0; !ground.empty() && static_cast<int>(requests.size()) < count && tries < kTries * count; ++tries) {
     const auto draw = [&] { return ground[random() % ground.size()]; };
     const std::uint32_t from = draw(), to = draw();
@@ -100,18 +100,18 @@ std::vector<PlanRequest> drawPlans(const WalkGrid& truth, const Walker& walker, 
   return requests;
 }
 
-std::string writePlanRequests(const std::vector<PlanRequest>& requests, const std::filesystem::path& path) {
+std::string writePlanRequests(const std::vector<PlanPair>& requests, const std::filesystem::path& path) {
   std::ofstream out(path);
-  for (const PlanRequest& r : requests) {
+  for (const PlanPair& r : requests) {
     out << json{{"from", toJson(r.from)}, {"to", toJson(r.to)}, {"shortest", r.shortest}}.dump() << "\n";
   }
   out.close();
   return out ? "" : "cannot write " + path.string();
 }
 
-Result<std::vector<PlanRequest>> readPlanRequests(const std::filesystem::path& path) {
-  return readLines<PlanRequest>(path, [](const json& line) {
-    return PlanRequest{pointOf(line.at("from")), pointOf(line.at("to")), line.at("shortest")};
+Result<std::vector<PlanPair>> readPlanRequests(const std::filesystem::path& path) {
+  return readLines<PlanPair>(path, [](const json& line) {
+    return PlanPair{pointOf(line.at("from")), pointOf(line.at("to")), line.at("shortest")};
   });
 }
 
@@ -125,7 +125,7 @@ Result<std::vector<PlanAnswer>> readPlanAnswers(const std::filesystem::path& pat
   });
 }
 
-PlanScore scorePlans(const std::vector<PlanRequest>& requests, const std::vector<PlanAnswer>& answers,
+PlanScore scorePlans(const std::vector<PlanPair>& requests, const std::vector<PlanAnswer>& answers,
                      const WalkGrid& truth, const Laying& laying) {
   PlanScore score;
   score.asked = requests.size();

@@ -9,8 +9,8 @@
 
 namespace hgg {
 
-/// A plan to ask hggmap for.
-struct PlanRequest {
+/// Two places to ask hggmap for a plan between.
+struct PlanPair {
   Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // map frame, on the ground
   double shortest = 0;                          // m, the truth's way
 };
@@ -31,17 +31,17 @@ struct PlanScore {
 inline constexpr double kLongest = 1.1;
 
 /// Pairs of places on seen ground, at least 2 m apart, between which the truth has a way for this robot.
-std::vector<PlanRequest> drawPlans(const WalkGrid& truth, const Walker& walker, const Laying& laying, int count,
-                                   std::uint64_t seed);
+std::vector<PlanPair> drawPlans(const WalkGrid& truth, const Walker& walker, const Laying& laying, int count,
+                                std::uint64_t seed);
 
 /// A line {"from":[x,y,z],"to":[x,y,z],"shortest":m} each. Returns an error line, empty when done.
-std::string writePlanRequests(const std::vector<PlanRequest>& requests, const std::filesystem::path& path);
-Result<std::vector<PlanRequest>> readPlanRequests(const std::filesystem::path& path);
+std::string writePlanRequests(const std::vector<PlanPair>& requests, const std::filesystem::path& path);
+Result<std::vector<PlanPair>> readPlanRequests(const std::filesystem::path& path);
 /// A line of hggmap plan --json each.
 Result<std::vector<PlanAnswer>> readPlanAnswers(const std::filesystem::path& path);
 
 /// An answer that does not lead from `from` to `to`, to within 0.5 m, is none. As many answers as requests.
-PlanScore scorePlans(const std::vector<PlanRequest>& requests, const std::vector<PlanAnswer>& answers,
+PlanScore scorePlans(const std::vector<PlanPair>& requests, const std::vector<PlanAnswer>& answers,
                      const WalkGrid& truth, const Laying& laying);
 
 }  // namespace hgg

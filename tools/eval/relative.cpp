@@ -15,14 +15,14 @@ struct Found {
 };
 
 /// By their anchors, so that each keyframe's drift to all others is searched once.
-std::map<KeyframeId, std::vector<Found>> byAnchor(const Map& map, const std::vector<Match>& matches,
+std::map<KeyframeId, std::vector<Found>> byAnchor(const Map& map, const std::vector<ObjectMatch>& matches,
                                                   std::span<const TruthObject> truth) {
   std::map<std::int64_t, Vec3> true_means;
   for (const TruthObject& object : truth) {
     true_means[object.id] = object.belief.mean;
   }
   std::map<KeyframeId, std::vector<Found>> found;
-  for (const Match& match : matches) {
+  for (const ObjectMatch& match : matches) {
     const MapNode* const node = map.find(match.prediction);
     if (node != nullptr) {
       found[node->anchor].push_back({node, true_means.at(match.truth)});
@@ -33,8 +33,8 @@ std::map<KeyframeId, std::vector<Found>> byAnchor(const Map& map, const std::vec
 
 }  // namespace
 
-Calibration relativeCalibration(const Map& map, const std::vector<Match>& matches, std::span<const TruthObject> truth,
-                                const Mat3& R_truth_map, double reach) {
+Calibration relativeCalibration(const Map& map, const std::vector<ObjectMatch>& matches,
+                                std::span<const TruthObject> truth, const Mat3& R_truth_map, double reach) {
   const auto found = byAnchor(map, matches, truth);
   std::vector<double> squares, variances;
   for (auto first = found.begin(); first != found.end(); ++first) {

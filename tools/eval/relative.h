@@ -14,7 +14,7 @@ inline constexpr double kNeighbourReach = 30;
 /// true ones, under relativeCovariance (map/position.h), of all pairs whose true positions are within `reach` (m).
 /// `R_truth_map` turns differences of the map's frame into the truth's. Matches name nodes of `map`; others are left
 /// out.
-Calibration relativeCalibration(const Map& map, const std::vector<Match>& matches, std::span<const TruthObject> truth,
-                                const Mat3& R_truth_map, double reach);
+Calibration relativeCalibration(const Map& map, const std::vector<ObjectMatch>& matches,
+                                std::span<const TruthObject> truth, const Mat3& R_truth_map, double reach);
 
 }  // namespace hgg

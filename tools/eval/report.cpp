@@ -189,9 +189,9 @@ std::string formatCost(const json& cost) {
                 number(value(cost, "peak_rss_mb")).c_str());
 }
 
-json toJson(const std::vector<Match>& matches) {
+json toJson(const std::vector<ObjectMatch>& matches) {
   json list = json::array();
-  for (const Match& m : matches) {
+  for (const ObjectMatch& m : matches) {
     list.push_back({{"id", m.prediction},
                     {"truth", m.truth},
                     {"distance", m.distance},

@@ -46,14 +46,14 @@ double RetrievalScore::recallAt(std::size_t k) const {
 }
 
 Result<RetrievalScore> scoreRetrieval(std::span<const TruthQuery> queries, std::span<const QueryAnswer> answers,
-                                      const std::vector<Match>& matches) {
+                                      const std::vector<ObjectMatch>& matches) {
   using Score = Result<RetrievalScore>;
   const auto same_text = [](const TruthQuery& q, const QueryAnswer& a) { return q.text == a.text; };
   if (!std::ranges::equal(queries, answers, same_text)) {
     return Score::fail("the answers are not to the truth's queries: make them with hggmap query --batch queries.jsonl");
   }
   std::map<std::int64_t, NodeId> node_of;
-  for (const Match& match : matches) {
+  for (const ObjectMatch& match : matches) {
     node_of[match.truth] = match.prediction;
   }
   RetrievalScore score{queries.size(), 0, {}};

@@ -29,6 +29,6 @@ struct RetrievalScore {
 /// A query is answered when the node that was matched to its target is returned. Error: answers that are not to these
 /// queries, in this order.
 Result<RetrievalScore> scoreRetrieval(std::span<const TruthQuery> queries, std::span<const QueryAnswer> answers,
-                                      const std::vector<Match>& matches);
+                                      const std::vector<ObjectMatch>& matches);
 
 }  // namespace hgg

@@ -103,23 +103,23 @@ void askMap(const MapGrid& map, const WalkGrid& truth, const Laying& laying, std
       const int y = static_cast<int>(std::floor((p.y() - map.origin_y) / map.resolution));
       const HeightRange around = rangeOf(column, k);
       const HeightRange range{p.z(), p.z() + around.lo, p.z() + around.hi};
-      const auto says = [&](Verdict verdict) {
-        return [&, verdict](int cx, int cy) { return verdictAt(map, cx, cy, range) == verdict; };
+      const auto says = [&](Walkability verdict) {
+        return [&, verdict](int cx, int cy) { return walkabilityAt(map, cx, cy, range) == verdict; };
       };
-      const Verdict verdict = verdictAt(map, x, y, range);
-      const bool is_walkable = verdict == Verdict::kWalkable;
+      const Walkability verdict = walkabilityAt(map, x, y, range);
+      const bool is_walkable = verdict == Walkability::kWalkable;
       const bool is_free = s.standing == Standing::kFree;
       ++score.confusion[is_free ? 0 : 1][static_cast<std::size_t>(verdict)];
       if (is_free && near[cell] != 0) {
         ++score.free_near;
         walkable.strict += is_walkable ? 1 : 0;
-        walkable.tolerant += is_walkable || anyAround(x, y, says(Verdict::kWalkable)) ? 1 : 0;
+        walkable.tolerant += is_walkable || anyAround(x, y, says(Walkability::kWalkable)) ? 1 : 0;
       } else if (!is_free) {
         ++score.blocked_touched;
         wrong.strict += is_walkable ? 1 : 0;
         ++score.causes[s.cause].cells;
         score.causes[s.cause].walkable += is_walkable ? 1 : 0;
-        wrong.tolerant += is_walkable && !anyAround(x, y, says(Verdict::kBlocked)) ? 1 : 0;
+        wrong.tolerant += is_walkable && !anyAround(x, y, says(Walkability::kBlocked)) ? 1 : 0;
       }
     }
   }
@@ -134,7 +134,7 @@ void askTruth(const MapGrid& map, const WalkGrid& truth, const Laying& laying, W
   std::size_t forgiven = 0;
   const auto look = [&](int level, int x, int y) {
     const std::size_t i = map.at(level, x, y);
-    if (verdictOf(map.cost[i]) != Verdict::kWalkable) {
+    if (walkabilityOf(map.cost[i]) != Walkability::kWalkable) {
       return;
     }
     const auto height = static_cast<double>(map.heights[i]);

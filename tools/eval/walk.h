@@ -36,7 +36,7 @@ struct WalkShares {
 /// How a map's grid compares with the truth. The truth's cells are ground a beam came back from; those near a limit are
 /// left out.
 struct WalkScore {
-  std::size_t confusion[2][3] = {};  // truth: free, blocked; map: as Verdict
+  std::size_t confusion[2][3] = {};  // truth: free, blocked; map: as Walkability
   /// The map's walkable cells where the truth knows the ground: free, blocked, near a limit, islands, and those with no
   /// surface at their height. Precision: free of (free + blocked + nothing there).
   std::size_t free = 0, blocked = 0, close = 0, islands = 0, nothing = 0;

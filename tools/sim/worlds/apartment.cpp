@@ -136,7 +136,7 @@ void furnishNightRooms(Furnisher& furnish, Dice& dice) {
 
 Scene makeApartment(std::uint64_t seed, double dynamics) {
   const Height floor = [](const Vec2& /*p*/) { return 0.0; };
-  const Travel travel({tour(), 1.3}, 1.2, 1.8);
+  const Journey travel({tour(), 1.3}, 1.2, 1.8);
   Scene scene;
   scene.label_space = "indoor";
   scene.T_world_body = bodyOn(travel, floor, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});
@@ -155,7 +155,7 @@ Scene makeApartment(std::uint64_t seed, double dynamics) {
   furnishDayRooms(furnish, dice);
   furnishNightRooms(furnish, dice);
   for (int i = 0; i < static_cast<int>(std::lround(2.0 * dynamics)); ++i) {
-    stage.send(objectOf(Indoor::kPerson), personShapes(dice, 1.0), Travel(pacing, 0.7, 1.5), 4.0 * i);
+    stage.send(objectOf(Indoor::kPerson), personShapes(dice, 1.0), Journey(pacing, 0.7, 1.5), 4.0 * i);
   }
   return scene;
 }

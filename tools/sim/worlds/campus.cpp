@@ -178,7 +178,7 @@ class Builder {
         std::ranges::reverse(corners);
       }
       stage_.send(objectOf(Outdoor::kPerson), personShapes(dice_, 1.0),
-                  Travel({corners, 4.0}, dice_.between(1.0, 1.45), 1.5), dice_.between(6.0, 80.0));
+                  Journey({corners, 4.0}, dice_.between(1.0, 1.45), 1.5), dice_.between(6.0, 80.0));
     }
   }
 
@@ -191,7 +191,7 @@ class Builder {
 }  // namespace
 
 Scene makeCampus(std::uint64_t seed, double dynamics) {
-  const Travel travel({ring(0.0), 6.0}, 1.5, 1.0);
+  const Journey travel({ring(0.0), 6.0}, 1.5, 1.0);
   Scene scene;
   scene.T_world_body = bodyOn(travel, height, {.height = kSensorHeight, .sway = 0.015, .bob = 0.015});
   scene.duration = kLaps * travel.lapTime();

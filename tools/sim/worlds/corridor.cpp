@@ -93,7 +93,7 @@ void furnishCorridor(Furnisher& furnish, Dice& dice) {
 
 Scene makeCorridor(std::uint64_t seed, double dynamics) {
   const Height floor = [](const Vec2& /*p*/) { return 0.0; };
-  const Travel travel({tour(), 1.3}, 1.2, 1.6);
+  const Journey travel({tour(), 1.3}, 1.2, 1.6);
   Scene scene;
   scene.label_space = "indoor";
   scene.T_world_body = bodyOn(travel, floor, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});

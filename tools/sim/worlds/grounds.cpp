@@ -14,11 +14,11 @@ constexpr double kBodyClearance = 0.55;  // m between the way and furniture
 
 }  // namespace
 
-Travel hallTravel(const std::vector<Vec2>& corners) { return {{corners, kRounding}, kSpeed, kTurnRate}; }
+Journey hallTravel(const std::vector<Vec2>& corners) { return {{corners, kRounding}, kSpeed, kTurnRate}; }
 
 Scene makeHallScene(const Hall& hall, const std::vector<Vec2>& corners, const std::function<double(double s)>& ground,
                     const std::vector<Footprint>& grounds, std::uint64_t seed) {
-  const Travel travel = hallTravel(corners);
+  const Journey travel = hallTravel(corners);
   Scene scene;
   scene.label_space = "indoor";
   scene.T_world_body = bodyAlong(travel, ground, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});

@@ -15,7 +15,7 @@ struct Hall {
 Scene makeHallScene(const Hall& hall, const std::vector<Vec2>& corners, const std::function<double(double s)>& ground,
                     const std::vector<Footprint>& grounds, std::uint64_t seed);
 /// The way that makeHallScene() takes through these corners.
-Travel hallTravel(const std::vector<Vec2>& corners);
+Journey hallTravel(const std::vector<Vec2>& corners);
 
 /// The ground as upright blocks between grid lines, each as high as `height` says for its middle. Where it drops, the
 /// blocks' sides are walls.

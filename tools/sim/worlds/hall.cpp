@@ -136,7 +136,7 @@ class Builder {
         std::ranges::reverse(corners);
       }
       stage_.send(objectOf(Indoor::kPerson), personShapes(dice_, 1.0),
-                  Travel({corners, 3.0}, dice_.between(1.0, 1.4), 1.5), dice_.between(6.0, 80.0));
+                  Journey({corners, 3.0}, dice_.between(1.0, 1.4), 1.5), dice_.between(6.0, 80.0));
     }
   }
 
@@ -150,7 +150,7 @@ class Builder {
 
 Scene makeHall(std::uint64_t seed, double dynamics) {
   const Height floor = [](const Vec2& /*p*/) { return 0.0; };
-  const Travel travel({ring(0.0), 4.0}, 1.5, 1.2);
+  const Journey travel({ring(0.0), 4.0}, 1.5, 1.2);
   Scene scene;
   scene.label_space = "indoor";
   scene.T_world_body = bodyOn(travel, floor, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});

@@ -150,7 +150,7 @@ void furnishCorridor(Furnisher& furnish, Dice& dice) {
 
 Scene makeOffice(std::uint64_t seed, double dynamics) {
   const Height floor = [](const Vec2& /*p*/) { return 0.0; };
-  const Travel travel({tour(), 1.8}, 1.5, 1.9);
+  const Journey travel({tour(), 1.8}, 1.5, 1.9);
   Scene scene;
   scene.label_space = "indoor";
   scene.T_world_body = bodyOn(travel, floor, {.height = kSensorHeight, .sway = 0.012, .bob = 0.01});
@@ -169,7 +169,8 @@ Scene makeOffice(std::uint64_t seed, double dynamics) {
   }
   furnishCorridor(furnish, dice);
   for (int i = 0; i < static_cast<int>(std::lround(4.0 * dynamics)); ++i) {
-    stage.send(objectOf(Indoor::kPerson), personShapes(dice, 1.0), Travel({ring(0.6), 1.0}, 1.1, 1.5), 10.0 + 11.0 * i);
+    stage.send(objectOf(Indoor::kPerson), personShapes(dice, 1.0), Journey({ring(0.6), 1.0}, 1.1, 1.5),
+               10.0 + 11.0 * i);
   }
   return scene;
 }

@@ -156,7 +156,7 @@ Pose bodyAt(const WayPoint& at, double ground, double ahead, double behind, cons
 
 }  // namespace
 
-std::function<Pose(double)> bodyOn(const Travel& travel, const Height& ground, const Gait& gait) {
+std::function<Pose(double)> bodyOn(const Journey& travel, const Height& ground, const Gait& gait) {
   return [=](double time) {
     const WayPoint at = travel.way().at(travel.progress(time));
     return bodyAt(at, ground(at.position), ground(at.position + kHalfBody * at.along),
@@ -164,7 +164,7 @@ std::function<Pose(double)> bodyOn(const Travel& travel, const Height& ground, c
   };
 }
 
-std::function<Pose(double)> bodyAlong(const Travel& travel, const std::function<double(double s)>& ground,
+std::function<Pose(double)> bodyAlong(const Journey& travel, const std::function<double(double s)>& ground,
                                       const Gait& gait) {
   return [=](double time) {
     const double s = travel.progress(time);
@@ -181,7 +181,7 @@ std::optional<std::size_t> Stage::put(const WorldObject& object, const Shapes& l
   return addObject(scene_.world, object, placed(local, spot));
 }
 
-void Stage::send(WorldObject object, const Shapes& local, const Travel& travel, double start) {
+void Stage::send(WorldObject object, const Shapes& local, const Journey& travel, double start) {
   constexpr double kAgain = 0.07;  // of the way
   for (int i = 0; static_cast<double>(i) * kAgain < 1.0; ++i) {
     const double s = std::fmod(start + kAgain * i * travel.way().length(), travel.way().length());
@@ -192,7 +192,7 @@ void Stage::send(WorldObject object, const Shapes& local, const Travel& travel, 
   }
 }
 
-bool Stage::keepsClear(const Shapes& local, const Travel& travel, double start_time) const {
+bool Stage::keepsClear(const Shapes& local, const Journey& travel, double start_time) const {
   constexpr double kStep = 0.2, kBody = 0.35;
   const Footprint mover = footprintOf(local, {Vec3::Zero(), 0.0});
   for (double time = 0.0; time < scene_.duration; time += kStep) {
@@ -205,7 +205,7 @@ bool Stage::keepsClear(const Shapes& local, const Travel& travel, double start_t
   return true;
 }
 
-void Stage::addMover(WorldObject object, const Shapes& local, const Travel& travel, double start_time) {
+void Stage::addMover(WorldObject object, const Shapes& local, const Journey& travel, double start_time) {
   object.dynamic = true;
   const auto pose_at = [travel, start_time, ground = ground_](double time) {
     const WayPoint at = travel.way().at(travel.progress(start_time + time));

@@ -85,9 +85,9 @@ struct Gait {
   double sway = 0.006;
   double bob = 0.01;
 };
-std::function<Pose(double)> bodyOn(const Travel& travel, const Height& ground, const Gait& gait);
+std::function<Pose(double)> bodyOn(const Journey& travel, const Height& ground, const Gait& gait);
 /// The same where the ground depends on how far the way has come: a way that crosses itself on a bridge.
-std::function<Pose(double)> bodyAlong(const Travel& travel, const std::function<double(double s)>& ground,
+std::function<Pose(double)> bodyAlong(const Journey& travel, const std::function<double(double s)>& ground,
                                       const Gait& gait);
 
 /// A scene under construction: puts things where there is room. Keeps a reference to the scene.
@@ -104,7 +104,7 @@ class Stage {
   std::optional<std::size_t> put(const WorldObject& object, const Shapes& local, const Spot& spot, double gap);
   /// An object that moves by itself along a way, `start` m ahead of its start, or farther where it would run into the
   /// sensor (whose way and duration are set); not at all where it always would.
-  void send(WorldObject object, const Shapes& local, const Travel& travel, double start);
+  void send(WorldObject object, const Shapes& local, const Journey& travel, double start);
   /// The object is there until, or from, a time.
   void takeAway(std::size_t object, double time);
   void bring(std::size_t object, double time);
@@ -114,8 +114,8 @@ class Stage {
 
  private:
   double changeTime(std::size_t object) const;
-  bool keepsClear(const Shapes& local, const Travel& travel, double start_time) const;
-  void addMover(WorldObject object, const Shapes& local, const Travel& travel, double start_time);
+  bool keepsClear(const Shapes& local, const Journey& travel, double start_time) const;
+  void addMover(WorldObject object, const Shapes& local, const Journey& travel, double start_time);
 
   Scene& scene_;
   Height ground_;

@@ -216,8 +216,8 @@ class Builder {
   void addMovers() {
     const auto count = [&](double most) { return static_cast<int>(std::lround(most * dynamics_)); };
     const auto oncoming = ring(-kLane);
-    const Travel against({{oncoming.rbegin(), oncoming.rend()}, 14.0}, 7.0, 0.8);
-    const Travel along({ring(kLane), 14.0}, 7.6, 0.8);
+    const Journey against({{oncoming.rbegin(), oncoming.rend()}, 14.0}, 7.0, 0.8);
+    const Journey along({ring(kLane), 14.0}, 7.6, 0.8);
     for (int i = 0; i < count(3); ++i) {
       stage_.send(objectOf(Outdoor::kCar), carShapes(dice_), against, 30.0 + 65.0 * i + dice_.between(-8.0, 8.0));
     }
@@ -229,7 +229,7 @@ class Builder {
       const bool reversed = i % 2 == 1;
       const std::vector<Vec2> corners = reversed ? std::vector<Vec2>(sidewalk.rbegin(), sidewalk.rend()) : sidewalk;
       stage_.send(objectOf(Outdoor::kPerson), personShapes(dice_, 1.0),
-                  Travel({corners, 3.0}, dice_.between(1.1, 1.5), 1.5), dice_.between(0.0, 150.0));
+                  Journey({corners, 3.0}, dice_.between(1.1, 1.5), 1.5), dice_.between(0.0, 150.0));
     }
   }
 
@@ -241,7 +241,7 @@ class Builder {
 }  // namespace
 
 Scene makeStreet(std::uint64_t seed, double dynamics) {
-  const Travel travel({ring(kLane), 14.0}, 7.6, 0.8);
+  const Journey travel({ring(kLane), 14.0}, 7.6, 0.8);
   Scene scene;
   scene.T_world_body = bodyOn(travel, height, {.height = kSensorHeight, .sway = 0.008, .bob = 0.02});
   scene.duration = kLaps * travel.lapTime();

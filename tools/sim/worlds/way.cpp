@@ -119,7 +119,7 @@ WayPoint Way::at(double s) const {
           (1.0 - share) * turned(i) + share * turned(i + 1)};
 }
 
-Travel::Travel(Way way, double speed, double turn_rate) : way_(std::move(way)), arrival_{0.0} {
+Journey::Journey(Way way, double speed, double turn_rate) : way_(std::move(way)), arrival_{0.0} {
   constexpr double kEase = 0.25;  // s of way over which speed changes, twice
   const auto reach = static_cast<std::size_t>(kEase * speed / kStep);
   const std::vector<double> limits = speedLimits(way_, speed, turn_rate);
@@ -128,7 +128,7 @@ Travel::Travel(Way way, double speed, double turn_rate) : way_(std::move(way)), 
   }
 }
 
-double Travel::progress(double time) const {
+double Journey::progress(double time) const {
   const double laps = std::floor(time / lapTime()), in_lap = time - laps * lapTime();
   const auto next = std::upper_bound(arrival_.begin(), arrival_.end() - 1, in_lap);
   const auto i = static_cast<std::size_t>(next - arrival_.begin()) - 1;
@@ -136,7 +136,7 @@ double Travel::progress(double time) const {
   return laps * way_.length() + (static_cast<double>(i) + share) * way_.spacing();
 }
 
-double Travel::timeAt(double s) const {
+double Journey::timeAt(double s) const {
   const double index = std::clamp(s / way_.spacing(), 0.0, static_cast<double>(arrival_.size() - 1));
   const auto i = std::min(static_cast<std::size_t>(index), arrival_.size() - 2);
   return arrival_[i] + (index - static_cast<double>(i)) * (arrival_[i + 1] - arrival_[i]);

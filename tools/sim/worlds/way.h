@@ -35,11 +35,11 @@ class Way {
   double spacing_ = 0;
 };
 
-/// Travel along a way at `speed` m/s on the straight, slowed in bends so that it turns at no more than `turn_rate`
+/// A journey along a way at `speed` m/s on the straight, slowed in bends so that it turns at no more than `turn_rate`
 /// rad/s.
-class Travel {
+class Journey {
  public:
-  Travel(Way way, double speed, double turn_rate);
+  Journey(Way way, double speed, double turn_rate);
 
   const Way& way() const { return way_; }
   double lapTime() const { return arrival_.back(); }
