@@ -14,6 +14,11 @@ namespace {
 constexpr double kSteepest = 55 * kDegree;
 /// A leaf this many times wider than thick shows which way its surface leans; a thinner one is a line.
 constexpr double kPlaneRatio = 2;
+/// What stands is drawn no deeper than this, half a slab: a leaf with points farther off is a cloud, whose middle alone
+/// is certain to stand. m
+constexpr double kMostDepth = 0.05;
+/// From farther off the upper side of a surface is no longer told from its lower one: errors of its normal. m
+constexpr double kFarthestLook = 15;
 /// Half the height of a slab with the same standard deviation.
 constexpr double kSlab = 1.7320508;  // sqrt(3)
 /// Patches whose tops are this near to the highest make the surface together: what passes over the same ground differ
@@ -26,23 +31,49 @@ constexpr double kHalfDensity = 0.5;
 constexpr float kCloud = 0.05F;
 /// A top with more than this share of its points on walls is no ground; the edge of a stair has some of both.
 constexpr double kMostSteep = 0.8;
-/// Ground with less than this share of the points of what lies above it was not seen through below that.
-constexpr float kLeastUnderCover = 0.25F;
+/// Where more than this share of the points of a solid lie deeper than a step below its top, that is a coarse leaf
+/// which spans a hole, as a trench: beams went through it.
+constexpr double kMostBelow = 0.1;
 /// A patch with less than this share of the points of the densest in its column is stray.
 constexpr float kStray = 0.05F;
 
-/// A sheet that the eye looks up at by more than this is seen from below; what leans by less may be noise of its
-/// normal. rad
-constexpr double kLookUp = 3 * kDegree;
+/// True when the eyes look at the upper side of the sheet at least half as steeply as at its lower one: at a flat angle
+/// nobody can tell which side it is, for the error of its normal. Without eyes nobody knows: true.
+bool isSeenFromAbove(const LeafSheet& sheet, const Vec3& up, std::span<const Vec3> eyes) {
+  double above = 0, below = 0;  // sines of the steepest angles
+  for (const Vec3& p_eye : eyes) {
+    const double sine = up.dot((p_eye - sheet.centre).normalized());
+    above = std::max(above, sine), below = std::max(below, -sine);
+  }
+  return above >= below / 2;
+}
 
 /// True for ground: no wall, no pole, and nothing that was only seen from below, whose top nobody knows.
-bool isGround(const LeafSheet& sheet, const Vec3* p_eye) {
+bool isGround(const LeafSheet& sheet, std::span<const Vec3> eyes) {
   if (sheet.half_across <= 2 * kPlaneRatio * sheet.thickness) {
-    return std::abs(sheet.along.z()) < std::sin(kSteepest) && (p_eye == nullptr || p_eye->z() > sheet.centre.z());
+    return std::abs(sheet.along.z()) < std::sin(kSteepest) && isSeenFromAbove(sheet, Vec3::UnitZ(), eyes);
   }
   const Vec3 up = sheet.normal.z() < 0 ? -sheet.normal : sheet.normal;
-  const Vec3 line = p_eye != nullptr ? *p_eye - sheet.centre : up;
-  return up.z() > std::cos(kSteepest) && up.dot(line) > -std::sin(kLookUp) * line.norm();
+  return up.z() > std::cos(kSteepest) && isSeenFromAbove(sheet, up, eyes);
+}
+
+/// The keyframes that may have seen the node, map frame: those of its time that are near to it, and the one that it was
+/// made from.
+std::vector<Vec3> eyesOn(const Map& map, const MapNode& node) {
+  std::vector<Vec3> eyes;
+  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  const double reach = kFarthestLook + std::sqrt(node.belief.cov.trace());
+  for (auto pose = std::ranges::lower_bound(poses, node.first_us, {}, &TimedPose::utime_us);
+       pose != poses.end() && pose->utime_us <= node.last_us; ++pose) {
+    const Vec3 p = pose->T_map_body.translation();
+    if ((p - node.belief.mean).head<2>().norm() < reach) {
+      eyes.push_back(p);
+    }
+  }
+  if (node.anchor >= 0 && static_cast<std::size_t>(node.anchor) < poses.size()) {
+    eyes.push_back(poses[static_cast<std::size_t>(node.anchor)].T_map_body.translation());
+  }
+  return eyes;
 }
 
 /// The columns under the bounding box of one sheet, with what its samples say in each.
@@ -50,7 +81,7 @@ class Raster {
  public:
   /// False when no column of the grid is under the sheet.
   bool begin(const LeafSheet& sheet, const GridShape& shape) {
-    const Vec3 half = halfBox(sheet);
+    const Vec3 half = halfBox(sheet) + Vec3::Constant(kSlab * std::min(sheet.thickness, kMostDepth));
     const Vec3 low = sheet.centre - half, high = sheet.centre + half;
     first_column_ = std::max(0, shape.columnOf(low.x())), first_row_ = std::max(0, shape.rowOf(low.y()));
     const int last_column = std::min(shape.width - 1, shape.columnOf(high.x()));
@@ -76,12 +107,15 @@ class Raster {
   void flush(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
              std::vector<SheetPatch>& patches) const {
     const LeafSheet& sheet = placed.sheet;
-    const double half_thickness = kSlab * sheet.thickness * std::abs(sheet.normal.z());
+    // A tilted slab is thicker along the vertical than across; what stands is bounded by its ends.
+    const double thickness = placed.carries
+                                 ? sheet.thickness / std::max(std::abs(sheet.normal.z()), std::cos(kSteepest))
+                                 : sheet.thickness * std::abs(sheet.normal.z());
     const double trust = placed.views / (placed.views + 1.0);
     SheetPatch patch;
     patch.sheet = index;
     patch.density = static_cast<float>(trust * densityOf(sheet));
-    patch.thickness = static_cast<float>(sheet.thickness * std::abs(sheet.normal.z()));
+    patch.thickness = static_cast<float>(thickness);
     patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
     patch.carries = placed.carries;
@@ -91,8 +125,8 @@ class Raster {
         const Bin& bin = bins_[binAt(column, row)];
         if (bin.count > 0) {
           patch.cell = shape.cell(first_column_ + column, first_row_ + row);
-          patch.bottom = static_cast<float>(bin.low - half_thickness);
-          patch.top = static_cast<float>(bin.high + half_thickness);
+          patch.bottom = static_cast<float>(bin.low - kSlab * thickness);
+          patch.top = static_cast<float>(bin.high + kSlab * thickness);
           patch.height = static_cast<float>(bin.sum / bin.count);
           patches.push_back(patch);
         }
@@ -113,12 +147,25 @@ class Raster {
   std::vector<Bin> bins_;
 };
 
+/// Half the slab of a sheet that stands, horizontally.
+Vec3 depthOf(const LeafSheet& sheet) {
+  const Vec3 level(sheet.normal.x(), sheet.normal.y(), 0);
+  return kSlab * std::min(sheet.thickness, kMostDepth) * level.normalized();
+}
+
 /// Height up to which a patch fills the column: ground is as high as its sheet, and its thickness is noise.
 float levelOf(const SheetPatch& p) { return p.carries ? p.height : p.top; }
 
+/// Share of the points of a patch that lie lower than `height`.
+double shareBelow(const SheetPatch& p, double height) {
+  const double deviation = std::max<double>(p.thickness, (p.top - p.bottom) / (2 * kSlab));
+  return 0.5 * std::erfc((p.height - height) / (deviation * std::sqrt(2.0)));
+}
+
 /// The surface on a solid made of `patches`, which reaches up to `top`.
 Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, double step_height) {
-  double weight = 0, height = 0, square_sum = 0, density = 0, ground_density = 0, no_ground = 0, reach = 0;
+  double weight = 0, height = 0, square_sum = 0, all = 0, below = 0, density = 0, ground_density = 0, no_ground = 0,
+         reach = 0;
   float ground = -std::numeric_limits<float>::infinity(), level = ground;
   Support s;
   for (const SheetPatch& p : patches) {
@@ -140,10 +187,15 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
     density += p.carries ? p.density : 0;
   }
   const double mean = height / weight;
+  for (const SheetPatch& p : patches) {
+    all += p.density;
+    below += p.density * shareBelow(p, mean - step_height);
+  }
   const bool is_flat = no_ground <= kMostSteep * weight;
   s.bottom = bottom, s.top = top;
   // A riser whose tread begins in the next column: what is no higher than a step is stepped on.
-  s.carries = is_flat || level - ground <= step_height;
+  s.spans_hole = below >= kMostBelow * all;
+  s.carries = (is_flat || level - ground <= step_height) && !s.spans_hole;
   s.height = is_flat ? static_cast<float>(mean) : level;
   s.roughness = is_flat ? static_cast<float>(std::sqrt(std::max(0.0, square_sum / weight - square(mean)))) : 0;
   density = is_flat ? density : ground_density;
@@ -156,19 +208,13 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
 }  // namespace
 
 void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
-  const auto anchor = static_cast<std::size_t>(node.anchor);
-  const Vec3* p_eye = nullptr;
-  Vec3 p_anchor;
-  if (node.anchor >= 0 && anchor < map.keyframes().poses().size()) {
-    p_anchor = map.keyframes().poses()[anchor].T_map_body.translation();
-    p_eye = &p_anchor;
-  }
+  const std::vector<Vec3> eyes = eyesOn(map, node);
   for (const Leaf& leaf : leavesOf(node)) {
     const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
     const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
     if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
         low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
-      sheets.push_back({sheet, node.views, isGround(sheet, p_eye), !node.stuff});
+      sheets.push_back({sheet, node.views, isGround(sheet, eyes), !node.stuff});
     }
   }
 }
@@ -182,7 +228,14 @@ std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const Gri
   Raster raster;
   for (const PlacedSheet& placed : sheets) {
     if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
-      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
+      // What stands is as deep as its points lay off the sheet.
+      const Vec3 depth = placed.carries ? Vec3::Zero() : Vec3(depthOf(placed.sheet));
+      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) {
+        raster.add(p, shape);
+        if (!placed.carries) {
+          raster.add(p - depth, shape), raster.add(p + depth, shape);
+        }
+      });
       raster.flush(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
     }
   }
@@ -191,19 +244,19 @@ std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const Gri
 
 Verdict verdictOn(std::span<const SheetPatch> column, std::size_t k) {
   const SheetPatch& p = column[k];
-  float densest = 0, finer = 0, cover = 0;
+  float densest = 0, finer = 0;
   for (const SheetPatch& other : column) {
-    densest = std::max(densest, other.density);
+    if (other.bottom <= p.top) {  // a beam to what lies above need not have come by here
+      densest = std::max(densest, other.density);
+    }
     const bool is_within = other.height >= p.bottom && other.height <= p.top;
     const bool says_the_same = p.fuzz > kCloud || (p.carries && other.carries);
     finer += is_within && says_the_same && 2 * other.reach <= p.reach ? other.density : 0;
-    cover += other.carries && other.bottom > p.top + kSameTop ? other.density : 0;
   }
   if (finer >= p.density) {
     return Verdict::kObsolete;
   }
-  const bool is_hidden = p.carries && p.density < kLeastUnderCover * cover;
-  return is_hidden || p.density < kStray * densest ? Verdict::kStray : Verdict::kHolds;
+  return p.density < kStray * densest ? Verdict::kStray : Verdict::kHolds;
 }
 
 void appendSurfaces(std::span<SheetPatch> patches, double gap, double step_height, std::vector<Support>& surfaces) {

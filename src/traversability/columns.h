@@ -36,6 +36,7 @@ struct Support {
   float reach = 0;            // m, edge of the cell of surface that its leaves stand for
   std::uint8_t cost = 0;      // hgg.traversability_t
   bool carries = true;        // false: a wall, a pole, a ceiling
+  bool spans_hole = false;    // much of it lies deeper than a step below its top
   bool seen = true;           // false: filled in between what was seen
   bool is_thing = false;      // its densest leaf is part of an object, not of a tile of ground or wall
 };
@@ -66,8 +67,7 @@ enum class Verdict : std::uint8_t {
   /// what is there.
   kObsolete,
   /// A few points in front of or above a surface with many: beams went through there, so these are returns from the
-  /// edge of something else, or of things that have left. Or a little ground under something that was seen well from
-  /// above: nobody looked there, its leaf lies around it.
+  /// edge of something else, or of things that have left.
   kStray
 };
 

@@ -1,18 +1,20 @@
 #include "traversability/cost_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/units.h"
-#include "traversability/enclosed.h"
+#include "traversability/edges.h"
 #include "traversability/fill.h"
+#include "traversability/walked.h"
 
 namespace hgg {
 namespace {
 
-/// Half the height of a slab over its standard deviation, twice: how uneven ground of some roughness is altogether.
-constexpr double kUneven = 3.4641016;  // 2 sqrt(3)
+/// Height of a kerb over the standard deviation of points of which half lie on it and half before it.
+constexpr double kUneven = 2;
 
 /// The surface of a column that a foot at `height` would step to: the nearest in height.
 const Support* nearestTo(std::span<const Support> column, float height) {
@@ -25,47 +27,67 @@ const Support* nearestTo(std::span<const Support> column, float height) {
   return best;
 }
 
-/// What surrounds a surface: the columns beside it.
-struct Around {
-  double step = 0;          // m, largest difference to the surface a foot would step to
-  bool obstructed = false;  // something reaches into the space of the body
-};
-
-void lookAt(std::span<const Support> column, const Support& s, const TraversabilityConfig& limits, Around& around) {
+/// Height from a surface to the one that a foot would step to in a column beside it, m; 0 where there is none. What
+/// stands there is no step but stands there: its own column is blocked, and the footprint keeps away from it.
+double stepTo(std::span<const Support> column, const Support& s, const TraversabilityConfig& limits) {
   const auto body = static_cast<float>(limits.body_height), step = static_cast<float>(limits.step_height);
   bool stands = false, all_above = true;
   for (const Support& other : column) {
-    const bool above = other.bottom >= s.height + body;
-    all_above = all_above && above;
-    if (!above && other.top > s.height + step) {
-      around.obstructed = true;
-      around.step = std::max<double>(around.step, other.height - s.height);
-    }
+    all_above = all_above && other.bottom >= s.height + body;
     stands = stands || std::abs(other.height - s.height) <= step;
   }
-  if (const Support* next = all_above ? nullptr : nearestTo(column, s.height)) {
-    if (stands || next->height < s.height) {
-      around.step = std::max<double>(around.step, std::abs(next->height - s.height));
-    }
-  }
+  const Support* next = all_above ? nullptr : nearestTo(column, s.height);
+  return next != nullptr && (stands || next->height < s.height) ? std::abs(next->height - s.height) : 0;
 }
 
-/// Rise to the gentler of the two sides along one axis, per metre: the edge of a stair is as flat as its tread.
-double gentlerRise(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height) {
-  double best = 0;
-  bool found = false;
-  for (const int sign : {-1, 1}) {
-    const std::int32_t c = column + sign * way.first, r = row + sign * way.second;
-    if (!grid.shape.contains(c, r)) {
-      continue;
-    }
-    if (const Support* next = nearestTo(grid.column(grid.shape.cell(c, r)), height)) {
-      const double rise = static_cast<double>(sign) * (next->height - height) / grid.shape.resolution;
-      best = !found || std::abs(rise) < std::abs(best) ? rise : best;
-      found = true;
+/// Rise along one axis, per metre: the lower median of those to the columns beside and the next but one. Single heights
+/// are off by some centimetres, and the edge of a stair is as flat as its tread.
+double riseAlong(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height) {
+  std::array<double, 4> rises{};
+  std::size_t count = 0;
+  for (const int k : {-2, -1, 1, 2}) {
+    const std::int32_t c = column + k * way.first, r = row + k * way.second;
+    if (grid.shape.contains(c, r)) {
+      if (const Support* next = nearestTo(grid.column(grid.shape.cell(c, r)), height)) {
+        rises[count++] = std::abs(next->height - height) / (std::abs(k) * grid.shape.resolution);
+      }
     }
   }
-  return best;
+  if (count == 0) {
+    return 0;
+  }
+  const auto middle = rises.begin() + static_cast<std::ptrdiff_t>((count - 1) / 2);
+  std::nth_element(rises.begin(), middle, rises.begin() + static_cast<std::ptrdiff_t>(count));
+  return *middle;
+}
+
+double slopeAt(const CostGrid& grid, std::int32_t column, std::int32_t row, float height) {
+  return std::atan(
+      std::hypot(riseAlong(grid, column, row, {1, 0}, height), riseAlong(grid, column, row, {0, 1}, height)));
+}
+
+/// Slope of a surface, rad; where it is steeper than the robot can walk and the ground around is not, the gentlest of
+/// the three steepest around: a single column with a wrong height is no slope.
+double slopeOf(const CostGrid& grid, std::int32_t column, std::int32_t row, float height, double steepest) {
+  const double own = slopeAt(grid, column, row, height);
+  if (own <= steepest) {
+    return own;
+  }
+  std::array<double, 3> steepest_around{};  // descending
+  for (std::int32_t r = row - 1; r <= row + 1; ++r) {
+    for (std::int32_t c = column - 1; c <= column + 1; ++c) {
+      if ((c != column || r != row) && grid.shape.contains(c, r)) {
+        const Support* next = nearestTo(grid.column(grid.shape.cell(c, r)), height);
+        double slope = next != nullptr ? slopeAt(grid, c, r, next->height) : own;
+        for (double& steep : steepest_around) {
+          if (slope > steep) {
+            std::swap(slope, steep);
+          }
+        }
+      }
+    }
+  }
+  return std::min(own, steepest_around.back());
 }
 
 /// How far beyond an edge the bottom of a drop may come into view. m
@@ -104,40 +126,51 @@ double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, s
   return 0;
 }
 
-std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfig& limits) {
+std::uint8_t costOf(const Support& s, bool was_walked, const TraversabilityConfig& limits) {
   const double slope = s.slope / (limits.max_slope_deg * kDegree), step = s.step / limits.step_height;
   const double roughness = kUneven * s.roughness / limits.step_height;
-  if (!s.carries || obstructed || slope > 1 || step > 1 || roughness > 1 || s.clearance < limits.body_height) {
+  const bool is_beyond_limits = !was_walked && (slope > 1 || step > 1 || roughness > 1);
+  if (!(s.carries || (was_walked && s.spans_hole)) || is_beyond_limits || s.clearance < limits.body_height) {
     return kCostBlocked;
   }
-  if (s.seen && s.confidence < limits.min_confidence) {
+  if (!was_walked && s.seen && s.confidence < limits.min_confidence) {
     return kCostUnknown;
   }
-  // Two thirds for how hard it is to walk on, one third for how little is known of it.
-  const double hard = square(std::max({slope, step, roughness})), doubt = 1 - s.confidence;
-  return static_cast<std::uint8_t>(std::lround(kCostWorst * (2 * hard + doubt) / 3));
+  // Two thirds for how little is known of it, one third for how hard it is to walk on.
+  const double hard = std::min(1.0, square(std::max({slope, step, roughness}))), doubt = 1 - s.confidence;
+  return static_cast<std::uint8_t>(std::lround(kCostWorst * (hard + 2 * doubt) / 3));
 }
 
+/// What the judgement on a surface needs of the rest of the map.
+struct Surroundings {
+  Eyes eyes;
+  std::vector<std::uint8_t> edges;
+  WalkedWay walked;
+};
+
 /// Slope, step and cost of the surfaces of a column, out of all that is there.
-void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits) {
+void judge(CostGrid& grid, const Surroundings& around, std::int32_t column, std::int32_t row,
+           const TraversabilityConfig& limits) {
   const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
   for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
     Support& s = grid.supports[k];
-    Around around;
+    double step = 0;
     for (std::int32_t r = row - 1; r <= row + 1; ++r) {
       for (std::int32_t c = column - 1; c <= column + 1; ++c) {
         if ((c != column || r != row) && grid.shape.contains(c, r)) {
-          lookAt(grid.column(grid.shape.cell(c, r)), s, limits, around);
-          around.step = std::max(around.step, dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits));
+          step = std::max({step, stepTo(grid.column(grid.shape.cell(c, r)), s, limits),
+                           dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits)});
         }
       }
     }
-    s.step = static_cast<float>(around.step);
-    s.slope = static_cast<float>(std::atan(std::hypot(gentlerRise(grid, column, row, {1, 0}, s.height),
-                                                      gentlerRise(grid, column, row, {0, 1}, s.height))));
-    s.cost = costOf(s, around.obstructed, limits);
-    if (isWalkable(s.cost) && isEnclosed(grid, column, row, s, limits)) {
-      s.cost = kCostUnknown;
+    s.step = static_cast<float>(step);
+    s.slope = static_cast<float>(slopeOf(grid, column, row, s.height, limits.max_slope_deg * kDegree));
+    const bool was_walked = wasWalkedOn(around.walked, grid, static_cast<std::int32_t>(cell), s);
+    s.cost = costOf(s, was_walked, limits);
+    if (isWalkable(s.cost) && !was_walked) {
+      s.cost = isAtEdge(grid, around.edges, column, row, s, limits)  ? kCostBlocked
+               : isHidden(grid, around.eyes, column, row, s, limits) ? kCostUnknown
+                                                                     : s.cost;
     }
   }
 }
@@ -219,10 +252,15 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
   std::vector<SheetPatch> patches = patchesOf(sheets, shape);
   CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
   sheets = {}, patches = {};
-  fillGaps(grid, limits);
+  joinRisers(grid, limits);
+  Surroundings around;
+  around.walked = walkedWayOf(map, grid, limits);
+  fillGaps(grid, around.walked, limits);
+  around.eyes = Eyes(map, shape);
+  around.edges = edgesOf(grid, around.eyes, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     for (std::int32_t column = 0; column < shape.width; ++column) {
-      judge(grid, column, row, limits);
+      judge(grid, around, column, row, limits);
     }
     if (progress) {
       progress(0.7 + 0.3 * (row + 1) / shape.height);

@@ -12,6 +12,9 @@ namespace {
 /// No leaf is so coarse that it speaks for ground farther away. m
 constexpr double kFarthest = 2;
 
+/// Heights that differ by no more are those of one surface: errors of poses and range. m
+constexpr float kSameHeight = 0.05F;
+
 struct Side {
   const Support* ground = nullptr;  // nullptr: nothing in reach, or no ground
   double distance = 0;              // m
@@ -21,8 +24,12 @@ struct Side {
 constexpr std::array<std::pair<int, int>, 8> kDirections{
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
-/// The ground at the first column that is not empty that way.
-Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, double step_height) {
+/// True for a plate overhead, as a ceiling or the top of a door: no ground was seen below it.
+bool hangs(const Support& s, double step_height) { return !s.carries && s.top - s.bottom <= step_height; }
+
+/// The ground at the first column that way in which something stands or carries.
+Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, bool was_walked,
+          double step_height) {
   const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
   for (int k = 1; k * stride <= kFarthest; ++k) {
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
@@ -30,63 +37,97 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
       return {};
     }
     const std::span<const Support> found = grid.column(grid.shape.cell(c, r));
-    if (found.empty()) {
+    if (found.empty() || hangs(found.front(), step_height)) {
       continue;
     }
     const Support& s = found.front();
-    const bool is_ground = s.carries && s.top - s.bottom <= step_height && k * stride <= s.reach;
+    const bool is_ground = s.carries && s.top - s.bottom <= step_height && (was_walked || k * stride <= s.reach);
     return {is_ground ? &s : nullptr, k * stride};
   }
   return {};
 }
 
-/// The surface between what is seen on both sides of an empty cell.
-std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::int32_t row,
+/// The surface between what is seen on both sides of a cell in which nothing stands or carries.
+std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::int32_t row, bool was_walked,
                                const TraversabilityConfig& limits) {
   const double steepest = std::tan(limits.max_slope_deg * kDegree);
   double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, roughness = 0;
   int lines = 0;
   for (std::size_t k = 0; k < kDirections.size(); k += 2) {
-    const Side a = look(grid, column, row, kDirections[k], limits.step_height);
-    const Side b = a.ground == nullptr ? Side{} : look(grid, column, row, kDirections[k + 1], limits.step_height);
+    const Side a = look(grid, column, row, kDirections[k], was_walked, limits.step_height);
+    const Side b =
+        a.ground == nullptr ? Side{} : look(grid, column, row, kDirections[k + 1], was_walked, limits.step_height);
     if (b.ground == nullptr) {
       continue;
     }
     const double gap = a.distance + b.distance, rise = std::abs(a.ground->height - b.ground->height);
-    if (gap > std::min(a.ground->reach, b.ground->reach) || rise > std::min(steepest * gap, limits.step_height)) {
+    const double most = was_walked ? 2 * kFarthest : std::min(a.ground->reach, b.ground->reach);
+    if (gap > most || rise > std::min(steepest * gap, limits.step_height)) {
       continue;
     }
     const double height = (a.ground->height * b.distance + b.ground->height * a.distance) / gap;
     low = std::min(low, height), high = std::max(high, height), sum += height, ++lines;
     roughness = std::max<double>({roughness, a.ground->roughness, b.ground->roughness});
   }
-  if (lines < 2 || high - low > limits.step_height / 2) {
+  if (lines < (was_walked ? 1 : 2) || high - low > limits.step_height / 2) {
     return std::nullopt;
   }
+  const std::span<const Support> above = grid.column(grid.shape.cell(column, row));
   Support s;
   s.height = s.bottom = s.top = static_cast<float>(sum / lines);
   s.roughness = static_cast<float>(roughness);
-  s.clearance = std::numeric_limits<float>::infinity();
+  s.clearance = above.empty() ? std::numeric_limits<float>::infinity() : above.front().bottom - s.height;
   s.seen = false;
-  return s;
+  return s.clearance > limits.step_height ? std::optional(s) : std::nullopt;
 }
 
 }  // namespace
 
-void fillGaps(CostGrid& grid, const TraversabilityConfig& limits) {
+void joinRisers(CostGrid& grid, const TraversabilityConfig& limits) {
+  std::vector<std::pair<std::uint32_t, float>> joined;  // surface, confidence of the ground beside it
+  for (std::int32_t row = 0; row < grid.shape.height; ++row) {
+    for (std::int32_t column = 0; column < grid.shape.width; ++column) {
+      const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
+      for (std::uint32_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
+        const Support& s = grid.supports[k];
+        if (s.carries || s.top - s.bottom > limits.step_height + kSameHeight) {
+          continue;
+        }
+        for (const auto& [dx, dy] : kDirections) {
+          if (!grid.shape.contains(column + dx, row + dy)) {
+            continue;
+          }
+          const std::span<const Support> beside = grid.column(grid.shape.cell(column + dx, row + dy));
+          const auto ground = std::ranges::find_if(
+              beside, [&](const Support& g) { return g.carries && std::abs(g.height - s.height) <= kSameHeight; });
+          if (ground != beside.end()) {
+            joined.emplace_back(k, ground->confidence);
+            break;
+          }
+        }
+      }
+    }
+  }
+  for (const auto& [k, confidence] : joined) {
+    grid.supports[k].carries = true, grid.supports[k].confidence = confidence;
+  }
+}
+
+void fillGaps(CostGrid& grid, const WalkedWay& walked, const TraversabilityConfig& limits) {
   CostGrid filled{grid.shape, {}, {}};
   filled.first.reserve(grid.first.size());
   filled.supports.reserve(grid.supports.size() * 5 / 4);
   for (std::int32_t row = 0; row < grid.shape.height; ++row) {
     for (std::int32_t column = 0; column < grid.shape.width; ++column) {
       filled.first.push_back(static_cast<std::uint32_t>(filled.supports.size()));
-      const std::span<const Support> seen = grid.column(grid.shape.cell(column, row));
-      filled.supports.insert(filled.supports.end(), seen.begin(), seen.end());
-      if (seen.empty()) {
-        if (const std::optional<Support> s = between(grid, column, row, limits)) {
+      const std::int32_t cell = grid.shape.cell(column, row);
+      const std::span<const Support> seen = grid.column(cell);
+      if (seen.empty() || hangs(seen.front(), limits.step_height)) {
+        if (const std::optional<Support> s = between(grid, column, row, walked.isOn(cell), limits)) {
           filled.supports.push_back(*s);
         }
       }
+      filled.supports.insert(filled.supports.end(), seen.begin(), seen.end());
     }
   }
   filled.first.push_back(static_cast<std::uint32_t>(filled.supports.size()));

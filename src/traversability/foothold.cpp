@@ -10,7 +10,14 @@ namespace hgg {
 namespace {
 
 /// A metre of the worst ground costs as much as this many of good ground: the robot walks around it for as long.
-constexpr double kWorstFactor = 7;
+constexpr double kWorstFactor = 4;
+
+/// True when a blocked surface concerns a robot that stands beside it at `height`: it is ground there, or stands or
+/// hangs where the body is.
+bool isInTheWay(const Support& blocked, double height, const TraversabilityConfig& limits) {
+  return std::abs(blocked.height - height) <= limits.step_height ||
+         (blocked.bottom < height + limits.body_height && blocked.top > height + limits.step_height);
+}
 
 }  // namespace
 
@@ -25,8 +32,8 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
       clear_.push_back(isWalkable(s.cost) ? 1 : 0);
     }
   }
-  // What is blocked begins a cell before what stands there: that cell is part of the footprint's distance.
-  const double radius = std::max(0.0, limits.footprint_radius - shape.resolution) / shape.resolution;  // cells
+  // From the middle of the robot's cell to the middle of that in which something stands, on its near half.
+  const double radius = std::max(0.0, limits.footprint_radius - shape.resolution / 2) / shape.resolution;  // cells
   const auto reach = static_cast<std::int32_t>(radius);
   for (std::uint32_t k = 0; k < cell_of_.size(); ++k) {
     if (grid.supports[k].cost != kCostBlocked) {
@@ -40,7 +47,7 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
         }
         const auto cell = static_cast<std::size_t>(shape.cell(column + dc, row + dr));
         for (std::uint32_t other = grid.first[cell]; other < grid.first[cell + 1]; ++other) {
-          if (std::abs(grid.supports[other].height - grid.supports[k].height) <= step_height_) {
+          if (isInTheWay(grid.supports[k], grid.supports[other].height, limits)) {
             clear_[other] = 0;
           }
         }

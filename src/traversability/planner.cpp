@@ -17,6 +17,9 @@ constexpr double kHeightReach = 1.5;
 /// Farthest that one straight leg of a smoothed path goes, steps of the search.
 constexpr std::size_t kLongestLeg = 300;
 
+/// Ground rises or falls by no more than this from a straight leg over it: a path is on the ground, not in it. m
+constexpr double kMostSag = 0.1;
+
 using Way = std::vector<std::uint32_t>;  // surfaces, from start to goal
 
 /// A surface to begin or end at, or why there is none.
@@ -119,7 +122,7 @@ Way search(const Footholds& holds, std::uint32_t start, std::uint32_t goal) {
   return way;
 }
 
-/// Cost of the straight leg between two surfaces, m; infinite where it leaves clear ground.
+/// Cost of the straight leg between two surfaces, m; infinite where it leaves clear ground, or the ground it.
 double legCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
   const GridShape& shape = holds.grid().shape;
   const Vec3 from = holds.place(a), to = holds.place(b);
@@ -136,6 +139,9 @@ double legCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
       return std::numeric_limits<double>::infinity();
     }
     const auto surface = static_cast<std::uint32_t>(next);
+    if (std::abs(holds.grid().supports[surface].height - p.z()) > kMostSag) {
+      return std::numeric_limits<double>::infinity();
+    }
     p.z() = holds.grid().supports[surface].height;
     cost += (p - p_last).norm() * (holds.price(last) + holds.price(surface)) / 2;
     last = surface, p_last = p;

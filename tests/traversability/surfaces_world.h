@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "../map/test_map.h"
@@ -8,7 +9,8 @@
 namespace hgg {
 
 /// A map put together from surfaces: what a robot with a sharp eye would have made of them. A leaf for every patch of
-/// `leaf` (m) of a rectangle, as thick as range noise, seen from a keyframe 0.6 m above the origin.
+/// `leaf` (m) of a rectangle, as thick as range noise, seen from keyframes: one 0.6 m above the origin, if nothing
+/// else is said.
 class SurfacesWorld {
  public:
   static constexpr double kNoise = 0.01;  // m
@@ -21,6 +23,7 @@ class SurfacesWorld {
     node.views = 50;
     node.stuff = stuff;
     node.anchor = 0;
+    node.last_us = std::numeric_limits<Micros>::max();
     const int columns = std::max(1, static_cast<int>(std::lround(a.norm() / leaf)));
     const int rows = std::max(1, static_cast<int>(std::lround(b.norm() / leaf)));
     const Vec3 da = a / columns, db = b / rows, n = da.cross(db).normalized();
@@ -50,14 +53,21 @@ class SurfacesWorld {
     add({x1, y0, z0}, {0, y1 - y0, 0}, up, density);
   }
 
-  void setEye(const Vec3& p_map) { eye_.translation() = p_map; }
+  void setEye(const Vec3& p_map) { eyes_ = {p_map}; }
+  void addEye(const Vec3& p_map) { eyes_.push_back(p_map); }
 
   Map map() const {
     Map map;
-    MapUpdate update;
-    update.keyframe = NewKeyframe{{0, eye_}, {}};
-    update.created = nodes_;
-    map.apply(std::move(update));
+    Micros utime_us = 0;
+    for (const Vec3& p_eye : eyes_) {
+      MapUpdate update;
+      update.keyframe = NewKeyframe{{utime_us, Pose(Eigen::Translation3d(p_eye))}, {}};
+      utime_us += kPause;
+      if (&p_eye == &eyes_.front()) {
+        update.created = nodes_;
+      }
+      map.apply(std::move(update));
+    }
     return map;
   }
 
@@ -66,7 +76,9 @@ class SurfacesWorld {
   }
 
  private:
-  Pose eye_ = Pose(Eigen::Translation3d(0, 0, 0.6));
+  static constexpr Micros kPause = 60'000'000;  // us between keyframes: the robot did not walk from one to the next
+
+  std::vector<Vec3> eyes_{{0, 0, 0.6}};
   std::vector<MapNode> nodes_;
 };
 

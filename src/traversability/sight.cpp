@@ -1,0 +1,116 @@
+#include "traversability/sight.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/units.h"
+
+namespace hgg {
+namespace {
+
+/// Two places nearer to each other than this see the same. m
+constexpr double kApart = 0.5;
+/// The sensor went straight between keyframes that are nearer to each other. m
+constexpr double kLongestStride = 3;
+/// Farther off, beams are so sparse that they tell little about what stands on the ground. m
+constexpr double kFarthest = 15;
+/// Places that are tried for one cell.
+constexpr std::size_t kMostEyes = 64;
+/// Edge of the squares whose cells share their list of places. m
+constexpr double kBlock = 2;
+/// By this much of a cell a surface may rise between the middles of two columns, beyond what its leaves say of each: a
+/// line must not slip between them.
+constexpr double kSlant = 0.25;
+/// Where in the space of the body the eye has to get to, as a share of the body's height: where its trunk is.
+constexpr double kTrunk = 0.6;
+
+/// The way of the sensor from keyframe to keyframe, map frame, with places in between.
+std::vector<Vec3> wayOf(const Map& map) {
+  std::vector<Vec3> way;
+  for (const TimedPose& pose : map.keyframes().poses()) {
+    const Vec3 p = pose.T_map_body.translation();
+    const Vec3 from = way.empty() ? p : way.back();
+    const double stride = (p - from).norm();
+    const int steps = stride < kLongestStride ? static_cast<int>(stride / kApart) : 0;
+    for (int k = 1; k <= steps; ++k) {
+      way.push_back(from + (p - from) * k / (steps + 1));
+    }
+    way.push_back(p);
+  }
+  return way;
+}
+
+}  // namespace
+
+Eyes::Eyes(const Map& map, const GridShape& shape) {
+  for (const Vec3& p : wayOf(map)) {
+    const double dx = std::max({shape.x - p.x(), p.x() - shape.x - shape.width * shape.resolution, 0.0});
+    const double dy = std::max({shape.y - p.y(), p.y() - shape.y - shape.height * shape.resolution, 0.0});
+    const auto is_near = [&](const Vec3& other) { return (other - p).squaredNorm() < square(kApart); };
+    if (std::hypot(dx, dy) < kFarthest && std::ranges::none_of(all_, is_near)) {
+      all_.push_back(p);
+    }
+  }
+  cells_per_block_ = std::max(1, static_cast<std::int32_t>(kBlock / shape.resolution));
+  blocks_wide_ = (shape.width - 1) / cells_per_block_ + 1;
+  std::vector<std::pair<double, std::uint32_t>> by_distance;  // m, index in all_
+  for (std::int32_t row = 0; row < shape.height; row += cells_per_block_) {
+    for (std::int32_t column = 0; column < shape.width; column += cells_per_block_) {
+      const double x = shape.xOf(column + cells_per_block_ / 2), y = shape.yOf(row + cells_per_block_ / 2);
+      by_distance.clear();
+      for (std::uint32_t k = 0; k < all_.size(); ++k) {
+        const double distance = std::hypot(all_[k].x() - x, all_[k].y() - y);
+        if (distance < kFarthest) {
+          by_distance.emplace_back(distance, k);
+        }
+      }
+      const std::size_t count = std::min(by_distance.size(), kMostEyes);
+      std::ranges::partial_sort(by_distance, by_distance.begin() + static_cast<std::ptrdiff_t>(count));
+      const auto begin = static_cast<std::uint32_t>(near_.size());
+      for (std::size_t k = 0; k < count; ++k) {
+        near_.push_back(all_[by_distance[k].second]);
+      }
+      blocks_.push_back({begin, static_cast<std::uint32_t>(near_.size())});
+    }
+  }
+}
+
+std::span<const Vec3> Eyes::around(std::int32_t column, std::int32_t row) const {
+  const std::int32_t block = row / cells_per_block_ * blocks_wide_ + column / cells_per_block_;
+  const Block& b = blocks_[static_cast<std::size_t>(block)];
+  return std::span(near_).subspan(b.begin, b.end - b.begin);
+}
+
+bool isInSight(const CostGrid& grid, const Vec3& p_map, const Vec3& p_eye) {
+  const GridShape& shape = grid.shape;
+  const Vec3 line = p_eye - p_map;
+  const double length = std::hypot(line.x(), line.y());
+  // Half a cell at a time: no corner of a wall is jumped over.
+  const int steps = static_cast<int>(2 * length / shape.resolution);
+  const double half_rise = std::abs(line.z()) / (2.0 * std::max(steps, 1)) + kSlant * shape.resolution;
+  const std::int32_t own = shape.cell(shape.columnOf(p_map.x()), shape.rowOf(p_map.y()));
+  for (int k = 1; k < steps; ++k) {
+    const Vec3 p = p_map + line * (static_cast<double>(k) / steps);
+    const std::int32_t column = shape.columnOf(p.x()), row = shape.rowOf(p.y());
+    if (!shape.contains(column, row)) {
+      return true;
+    }
+    const std::int32_t cell = shape.cell(column, row);
+    if (cell != own && std::ranges::any_of(grid.column(cell), [&](const Support& s) {
+          return s.bottom <= p.z() + half_rise && p.z() - half_rise <= s.top;
+        })) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& ground,
+              const TraversabilityConfig& limits) {
+  const Vec3 p(grid.shape.xOf(column), grid.shape.yOf(row), ground.height + kTrunk * limits.body_height);
+  const std::span<const Vec3> around = eyes.around(column, row);
+  return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(grid, p, p_eye); });
+}
+
+}  // namespace hgg

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "map/map.h"
+#include "traversability/cost_grid.h"
+
+namespace hgg {
+
+/// The places the sensors looked from, thinned, found by where they could look at.
+class Eyes {
+ public:
+  Eyes() = default;
+  /// Those of the map's keyframes from which the grid may have been seen.
+  Eyes(const Map& map, const GridShape& shape);
+
+  bool empty() const { return all_.empty(); }
+  /// Those around a cell, the nearest to its neighbourhood first, map frame.
+  std::span<const Vec3> around(std::int32_t column, std::int32_t row) const;
+
+ private:
+  struct Block {
+    std::uint32_t begin = 0, end = 0;  // in near_
+  };
+
+  std::vector<Vec3> all_, near_;
+  std::vector<Block> blocks_;
+  std::int32_t blocks_wide_ = 0, cells_per_block_ = 1;
+};
+
+/// False when something solid of the grid stands on the line from `p_map`, a place in the grid, to `p_eye`. What lies
+/// outside the grid hides nothing.
+bool isInSight(const CostGrid& grid, const Vec3& p_map, const Vec3& p_eye);
+
+/// True when nobody could look into the space where a body would stand on this ground: inside a car, whose sides alone
+/// were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car.
+bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& ground,
+              const TraversabilityConfig& limits);
+
+}  // namespace hgg
