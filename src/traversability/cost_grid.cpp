@@ -67,13 +67,13 @@ double slopeAt(const CostGrid& grid, std::int32_t column, std::int32_t row, floa
 }
 
 /// Slope of a surface, rad; where it is steeper than the robot can walk and the ground around is not, the gentlest of
-/// the three steepest around: a single column with a wrong height is no slope.
+/// the two steepest around: a single column with a wrong height is no slope.
 double slopeOf(const CostGrid& grid, std::int32_t column, std::int32_t row, float height, double steepest) {
   const double own = slopeAt(grid, column, row, height);
   if (own <= steepest) {
     return own;
   }
-  std::array<double, 3> steepest_around{};  // descending
+  std::array<double, 2> steepest_around{};  // descending
   for (std::int32_t r = row - 1; r <= row + 1; ++r) {
     for (std::int32_t c = column - 1; c <= column + 1; ++c) {
       if ((c != column || r != row) && grid.shape.contains(c, r)) {
