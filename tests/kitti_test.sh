@@ -59,6 +59,10 @@ evaluate --map "$out/true/map.hgg" --json > "$out/true.json"
 check "$out/true.json" || failed=1
 frame_times "$out/true/stats.json"
 
+echo "== where one can walk"
+python3 "$repo/tests/kitti_plans.py" "$build/hggmap" "$out/true/map.hgg" "$repo/firmware_cfg/semantickitti/hggmap.toml" \
+  "$data/kitti_0001/boxes.csv" "$out/true/trajectory.tum" "$out" || failed=1
+
 echo "== the same log again"
 replay "$out/true.lcm" "$out/again"
 if cmp "$out/true/map.hgg" "$out/again/map.hgg"; then
