@@ -155,12 +155,12 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
 
 }  // namespace
 
-void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
   const auto anchor = static_cast<std::size_t>(node.anchor);
   const Vec3* p_eye = nullptr;
   Vec3 p_anchor;
-  if (node.anchor >= 0 && anchor < map.keyframes().poses().size()) {
-    p_anchor = map.keyframes().poses()[anchor].T_map_body.translation();
+  if (node.anchor >= 0 && anchor < map.keyframes.size()) {
+    p_anchor = map.keyframes[anchor].T_map_body.translation();
     p_eye = &p_anchor;
   }
   for (const Leaf& leaf : leavesOf(node)) {
@@ -173,17 +173,24 @@ void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, s
   }
 }
 
+void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+                   std::vector<SheetPatch>& patches) {
+  Raster raster;
+  if (raster.begin(placed.sheet, shape)) {
+    forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
+    raster.flush(placed, index, shape, patches);
+  }
+}
+
 std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
   PointDensity density;
   for (const PlacedSheet& placed : sheets) {
     density.add(placed.sheet);
   }
   std::vector<SheetPatch> patches;
-  Raster raster;
   for (const PlacedSheet& placed : sheets) {
-    if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
-      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) { raster.add(p, shape); });
-      raster.flush(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
+    if (density.believes(placed.sheet)) {
+      appendPatches(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
     }
   }
   return patches;

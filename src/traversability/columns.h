@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "map/map.h"
 #include "traversability/grid_shape.h"
+#include "traversability/map_leaves.h"
 #include "traversability/sample.h"
 
 namespace hgg {
@@ -53,9 +53,13 @@ struct PlacedSheet {
 
 /// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`. The node's anchor
 /// keyframe tells from which side they were seen.
-void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
+void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
 
-/// The patches of the sheets, in their order.
+/// The patches of one sheet, row by row; appended to `patches` with `index` as their sheet.
+void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+                   std::vector<SheetPatch>& patches);
+
+/// The patches of the sheets that enough points speak for, in their order.
 std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
 
 /// What the rest of a column says of one of its patches.

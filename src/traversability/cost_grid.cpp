@@ -78,9 +78,10 @@ constexpr int kOvershoot = 2;  // cells in which an edge is looked for whatever 
 /// nothing was seen; 0 when it goes on, or slopes no more than the robot can walk. An edge hides what lies right below
 /// it.
 double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
-                  const TraversabilityConfig& limits) {
+                  const TraversabilityConfig& limits, Reach& reach) {
   const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
   for (int k = 1; k * stride <= kBeyondEdge; ++k) {
+    reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
     if (!grid.shape.contains(c, r)) {
       return 0;
@@ -118,8 +119,9 @@ std::uint8_t costOf(const Support& s, bool obstructed, const TraversabilityConfi
   return static_cast<std::uint8_t>(std::lround(kCostWorst * (2 * hard + doubt) / 3));
 }
 
-/// Slope, step and cost of the surfaces of a column, out of all that is there.
-void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits) {
+}  // namespace
+
+void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits, Reach& reach) {
   const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
   for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
     Support& s = grid.supports[k];
@@ -128,7 +130,8 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
       for (std::int32_t c = column - 1; c <= column + 1; ++c) {
         if ((c != column || r != row) && grid.shape.contains(c, r)) {
           lookAt(grid.column(grid.shape.cell(c, r)), s, limits, around);
-          around.step = std::max(around.step, dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits));
+          around.step =
+              std::max(around.step, dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits, reach));
         }
       }
     }
@@ -136,11 +139,13 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
     s.slope = static_cast<float>(std::atan(std::hypot(gentlerRise(grid, column, row, {1, 0}, s.height),
                                                       gentlerRise(grid, column, row, {0, 1}, s.height))));
     s.cost = costOf(s, around.obstructed, limits);
-    if (isWalkable(s.cost) && isEnclosed(grid, column, row, s, limits)) {
+    if (isWalkable(s.cost) && isEnclosed(grid, column, row, s, limits, reach)) {
       s.cost = kCostUnknown;
     }
   }
 }
+
+namespace {
 
 /// Sorts patches by cell, in their order within one; returns where each cell begins, and the end.
 std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const GridShape& shape) {
@@ -160,8 +165,7 @@ std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const Gr
   return begin;
 }
 
-/// The verdict on every patch. A leaf that is obsolete in half of its columns is so in all: what could be seen where it
-/// lies has been seen better, and the rest of it lies where nobody looked, as under a car.
+/// The verdict on every patch.
 std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const std::vector<std::uint32_t>& begin,
                                 std::size_t sheets) {
   std::vector<Verdict> verdicts(patches.size());
@@ -177,7 +181,7 @@ std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const st
   }
   for (std::size_t k = 0; k < patches.size(); ++k) {
     const auto sheet = static_cast<std::size_t>(patches[k].sheet);
-    if (2 * obsolete[sheet] >= columns[sheet]) {
+    if (isObsoleteInAll(obsolete[sheet], columns[sheet])) {
       verdicts[k] = Verdict::kObsolete;
     }
   }
@@ -208,10 +212,10 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
 
 }  // namespace
 
-CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
+CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
   std::vector<PlacedSheet> sheets;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (isSolid(node)) {
       appendSheets(map, node, shape, sheets);
     }
@@ -222,7 +226,8 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
   fillGaps(grid, limits);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     for (std::int32_t column = 0; column < shape.width; ++column) {
-      judge(grid, column, row, limits);
+      Reach reach;
+      judge(grid, column, row, limits, reach);
     }
     if (progress) {
       progress(0.7 + 0.3 * (row + 1) / shape.height);
@@ -231,9 +236,9 @@ CostGrid buildCostGrid(const Map& map, const GridShape& shape, const Traversabil
   return grid;
 }
 
-std::optional<GridRegion> regionOf(const Map& map) {
+std::optional<GridRegion> regionOf(const MapLeaves& map) {
   Eigen::AlignedBox3d box;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (!isSolid(node)) {
       continue;
     }
@@ -248,9 +253,9 @@ std::optional<GridRegion> regionOf(const Map& map) {
   return GridRegion{box.min().x() - kMargin, box.min().y() - kMargin, box.max().x() + kMargin, box.max().y() + kMargin};
 }
 
-double groundHeight(const Map& map, const CostGrid& grid) {
+double groundHeight(const MapLeaves& map, const CostGrid& grid) {
   std::vector<float> heights;
-  for (const TimedPose& pose : map.keyframes().poses()) {
+  for (const TimedPose& pose : map.keyframes) {
     const Vec3 p = pose.T_map_body.translation();
     const std::int32_t column = grid.shape.columnOf(p.x()), row = grid.shape.rowOf(p.y());
     if (!grid.shape.contains(column, row)) {

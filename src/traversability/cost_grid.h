@@ -27,19 +27,37 @@ struct CostGrid {
   }
 };
 
+/// How far from a column its verdict looked, so that what is kept of a grid can be told from what must be judged anew:
+/// in cells, the larger of both axes. Columns outside the grid count as looked at.
+class Reach {
+ public:
+  void look(int cells) { cells_ = cells > cells_ ? cells : cells_; }
+  int cells() const { return cells_; }
+
+ private:
+  int cells_ = 0;
+};
+
 /// Told how far the work is, 0..1.
 using ShareDone = std::function<void(double)>;
 
 /// The grid of a region out of the leaves of the nodes that lie in it, which must be in memory. Free needs evidence:
 /// ground where no leaf is stays unknown but for narrow gaps between leaves that agree (traversability/fill.h).
-CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
+CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress = nullptr);
 
+/// A leaf that is obsolete in this many of its columns is so in all: what could be seen where it lies has been seen
+/// better, and the rest of it lies where nobody looked, as under a car.
+inline bool isObsoleteInAll(std::uint32_t obsolete, std::uint32_t columns) { return 2 * obsolete >= columns; }
+
+/// Slope, step and cost of the surfaces of a column, out of all that is there.
+void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const TraversabilityConfig& limits, Reach& reach);
+
 /// The region that all solid nodes lie in; nothing when there are none.
-std::optional<GridRegion> regionOf(const Map& map);
+std::optional<GridRegion> regionOf(const MapLeaves& map);
 
 /// Height of the ground that the robot walked on, m: the median of the surfaces under the keyframes, 0 when none is
 /// under any.
-double groundHeight(const Map& map, const CostGrid& grid);
+double groundHeight(const MapLeaves& map, const CostGrid& grid);
 
 }  // namespace hgg

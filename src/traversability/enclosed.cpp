@@ -19,11 +19,12 @@ struct Side {
 };
 
 Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, const Support& ground,
-          const TraversabilityConfig& limits) {
+          const TraversabilityConfig& limits, Reach& reach) {
   const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
   const auto low = static_cast<float>(ground.height + limits.step_height);
   const auto high = static_cast<float>(ground.height + limits.body_height);
   for (int k = 1; k * stride < kWidest; ++k) {
+    reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
     if (!grid.shape.contains(c, r)) {
       return {};
@@ -40,13 +41,13 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
 }  // namespace
 
 bool isEnclosed(const CostGrid& grid, std::int32_t column, std::int32_t row, const Support& ground,
-                const TraversabilityConfig& limits) {
+                const TraversabilityConfig& limits, Reach& reach) {
   constexpr std::array<std::pair<int, int>, 4> kLines{{{1, 0}, {0, 1}, {1, 1}, {1, -1}}};
   std::size_t open = 0;
   float densest = 0;
   for (const auto& [dx, dy] : kLines) {
-    const Side a = look(grid, column, row, {dx, dy}, ground, limits);
-    const Side b = a.distance < kWidest ? look(grid, column, row, {-dx, -dy}, ground, limits) : Side{};
+    const Side a = look(grid, column, row, {dx, dy}, ground, limits, reach);
+    const Side b = a.distance < kWidest ? look(grid, column, row, {-dx, -dy}, ground, limits, reach) : Side{};
     if (a.distance + b.distance < kWidest) {
       densest = std::max({densest, a.density, b.density});
     } else if (++open > kLines.size() - kLeastLines) {

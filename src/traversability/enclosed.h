@@ -9,6 +9,6 @@ namespace hgg {
 /// ground between them. Ground that a robot could get to was looked at as well as what stands around it. Walls do not
 /// count: a corridor lies between two.
 bool isEnclosed(const CostGrid& grid, std::int32_t column, std::int32_t row, const Support& ground,
-                const TraversabilityConfig& limits);
+                const TraversabilityConfig& limits, Reach& reach);
 
 }  // namespace hgg

@@ -22,9 +22,11 @@ constexpr std::array<std::pair<int, int>, 8> kDirections{
     {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {1, 1}, {-1, -1}, {1, -1}, {-1, 1}}};
 
 /// The ground at the first column that is not empty that way.
-Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, double step_height) {
+Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, double step_height,
+          Reach& reach) {
   const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
   for (int k = 1; k * stride <= kFarthest; ++k) {
+    reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
     if (!grid.shape.contains(c, r)) {
       return {};
@@ -40,15 +42,17 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
   return {};
 }
 
-/// The surface between what is seen on both sides of an empty cell.
-std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::int32_t row,
-                               const TraversabilityConfig& limits) {
+}  // namespace
+
+std::optional<Support> fillColumn(const CostGrid& grid, std::int32_t column, std::int32_t row,
+                                  const TraversabilityConfig& limits, Reach& reach) {
   const double steepest = std::tan(limits.max_slope_deg * kDegree);
   double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, roughness = 0;
   int lines = 0;
   for (std::size_t k = 0; k < kDirections.size(); k += 2) {
-    const Side a = look(grid, column, row, kDirections[k], limits.step_height);
-    const Side b = a.ground == nullptr ? Side{} : look(grid, column, row, kDirections[k + 1], limits.step_height);
+    const Side a = look(grid, column, row, kDirections[k], limits.step_height, reach);
+    const Side b =
+        a.ground == nullptr ? Side{} : look(grid, column, row, kDirections[k + 1], limits.step_height, reach);
     if (b.ground == nullptr) {
       continue;
     }
@@ -71,8 +75,6 @@ std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::i
   return s;
 }
 
-}  // namespace
-
 void fillGaps(CostGrid& grid, const TraversabilityConfig& limits) {
   CostGrid filled{grid.shape, {}, {}};
   filled.first.reserve(grid.first.size());
@@ -83,7 +85,8 @@ void fillGaps(CostGrid& grid, const TraversabilityConfig& limits) {
       const std::span<const Support> seen = grid.column(grid.shape.cell(column, row));
       filled.supports.insert(filled.supports.end(), seen.begin(), seen.end());
       if (seen.empty()) {
-        if (const std::optional<Support> s = between(grid, column, row, limits)) {
+        Reach reach;
+        if (const std::optional<Support> s = fillColumn(grid, column, row, limits, reach)) {
           filled.supports.push_back(*s);
         }
       }

@@ -37,7 +37,8 @@ Result<GridShape> gridShape(const GridRegion& region, double resolution) {
   }
   return Result<GridShape>::ok({first_column * resolution, first_row * resolution, resolution,
                                 static_cast<std::int32_t>(std::max(width, 1.0)),
-                                static_cast<std::int32_t>(std::max(height, 1.0))});
+                                static_cast<std::int32_t>(std::max(height, 1.0)),
+                                static_cast<std::int32_t>(first_column), static_cast<std::int32_t>(first_row)});
 }
 
 }  // namespace hgg

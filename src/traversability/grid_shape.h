@@ -15,19 +15,25 @@ struct GridRegion {
 };
 
 /// Where the cells of a grid lie. Cell (column, row) has its corner with the least x and y at origin + resolution *
-/// (column, row). Origins are multiples of the resolution, so that grids of one map fit together.
+/// (column, row). Origins are multiples of the resolution, and which cell of the map a place lies in does not depend on
+/// the grid, so that grids of one map fit together.
 struct GridShape {
   double x = 0, y = 0;    // m, map frame: the corner of cell (0, 0)
   double resolution = 0;  // m, edge of a cell
   std::int32_t width = 0, height = 0;
+  std::int32_t first_column = 0, first_row = 0;  // of cell (0, 0) among all cells of the map: the origin / resolution
 
   std::int32_t cells() const { return width * height; }
   bool contains(std::int32_t column, std::int32_t row) const {
     return column >= 0 && row >= 0 && column < width && row < height;
   }
   std::int32_t cell(std::int32_t column, std::int32_t row) const { return row * width + column; }
-  std::int32_t columnOf(double x_map) const { return static_cast<std::int32_t>(std::floor((x_map - x) / resolution)); }
-  std::int32_t rowOf(double y_map) const { return static_cast<std::int32_t>(std::floor((y_map - y) / resolution)); }
+  std::int32_t columnOf(double x_map) const {
+    return static_cast<std::int32_t>(std::floor(x_map / resolution)) - first_column;
+  }
+  std::int32_t rowOf(double y_map) const {
+    return static_cast<std::int32_t>(std::floor(y_map / resolution)) - first_row;
+  }
   double xOf(std::int32_t column) const { return x + (column + 0.5) * resolution; }
   double yOf(std::int32_t row) const { return y + (row + 0.5) * resolution; }
 };

@@ -43,8 +43,8 @@ struct Scene {
 };
 
 /// The keyframe a node was made from, the one of its time nearest to it, and the last one of its time.
-std::vector<Vec3> eyesOf(const Map& map, const MapNode& node) {
-  const std::vector<TimedPose>& poses = map.keyframes().poses();
+std::vector<Vec3> eyesOf(const MapLeaves& map, const MapNode& node) {
+  const std::vector<TimedPose>& poses = map.keyframes;
   const auto first = std::ranges::lower_bound(poses, node.first_us, {}, &TimedPose::utime_us);
   const auto end = std::ranges::upper_bound(poses, node.last_us, {}, &TimedPose::utime_us);
   std::vector<Vec3> eyes;
@@ -66,10 +66,10 @@ std::vector<Vec3> eyesOf(const Map& map, const MapNode& node) {
   return eyes;
 }
 
-Scene sceneOf(const Map& map, const VoxelOptions& options) {
+Scene sceneOf(const MapLeaves& map, const VoxelOptions& options) {
   Scene scene;
   PointDensity density;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (!isSolid(node)) {
       continue;
     }
@@ -159,7 +159,7 @@ std::vector<std::uint64_t> VoxelGrid::sortedBricks() const {
   return keys;
 }
 
-Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const ShareDone& progress) {
+Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, const ShareDone& progress) {
   using Voxels = Result<VoxelGrid>;
   if (!(options.resolution >= kMinResolution && options.resolution <= kMaxResolution)) {
     return Voxels::fail(

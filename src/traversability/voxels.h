@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 #include "core/result.h"
-#include "map/map.h"
 #include "traversability/cost_grid.h"
 
 namespace hgg {
@@ -56,7 +55,7 @@ struct VoxelOptions {
 /// weighted by its points; free space is cast from keyframes that observed a node to its sheets, and ends at the first
 /// surface on the way: a beam did not go through it. The leaves must be in memory. An error for a resolution out of
 /// range or more voxels than memory should hold.
-Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const ShareDone& progress = nullptr);
+Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, const ShareDone& progress = nullptr);
 
 constexpr std::int32_t kVoxelOffset = 1 << 20;  // brick indices within +- this many, packed into 21 bits each
 
