@@ -34,20 +34,12 @@ Files one(std::string bytes) { return Files::ok({{"", std::move(bytes)}}); }
 
 /// The region that was asked for, or the whole map. An error where there is nothing.
 Result<GridRegion> regionFor(const StoredMap& stored, const ExportOptions& o) {
-  const std::optional<GridRegion> all = regionOf(stored.map);
-  if (!all) {
-    return Result<GridRegion>::fail(fmt::format("{}: the map is empty", o.map));
+  std::optional<GridRegion> asked;
+  if (!o.region.empty()) {
+    asked = GridRegion{o.region[0], o.region[1], o.region[2], o.region[3]};
   }
-  if (o.region.empty()) {
-    return Result<GridRegion>::ok(*all);
-  }
-  const GridRegion asked{o.region[0], o.region[1], o.region[2], o.region[3]};
-  if (asked.x_min > all->x_max || asked.x_max < all->x_min || asked.y_min > all->y_max || asked.y_max < all->y_min) {
-    return Result<GridRegion>::fail(
-        fmt::format("the region lies outside the map, which covers {:.1f},{:.1f},{:.1f},{:.1f}", all->x_min, all->y_min,
-                    all->x_max, all->y_max));
-  }
-  return Result<GridRegion>::ok(asked);
+  Result<GridRegion> region = regionWithin(stored.map, asked);
+  return region ? region : Result<GridRegion>::fail(fmt::format("{}: {}", o.map, region.error));
 }
 
 Files gridOf(const StoredMap& stored, const ExportOptions& o) {

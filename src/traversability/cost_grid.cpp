@@ -1,5 +1,7 @@
 #include "traversability/cost_grid.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -251,6 +253,26 @@ std::optional<GridRegion> regionOf(const MapLeaves& map) {
   }
   constexpr double kMargin = 1;  // m, beyond the means of the outermost leaves
   return GridRegion{box.min().x() - kMargin, box.min().y() - kMargin, box.max().x() + kMargin, box.max().y() + kMargin};
+}
+
+Result<GridRegion> regionWithin(const MapLeaves& map, const std::optional<GridRegion>& asked) {
+  const std::optional<GridRegion> all = regionOf(map);
+  if (!all) {
+    return Result<GridRegion>::fail("the map is empty");
+  }
+  if (!asked) {
+    return Result<GridRegion>::ok(*all);
+  }
+  if (const std::string why = whyNoRegion(*asked); !why.empty()) {
+    return Result<GridRegion>::fail(why);
+  }
+  if (asked->x_min > all->x_max || asked->x_max < all->x_min || asked->y_min > all->y_max ||
+      asked->y_max < all->y_min) {
+    return Result<GridRegion>::fail(
+        fmt::format("the region lies outside the map, which covers {:.1f},{:.1f},{:.1f},{:.1f}", all->x_min, all->y_min,
+                    all->x_max, all->y_max));
+  }
+  return Result<GridRegion>::ok(*asked);
 }
 
 double groundHeight(const MapLeaves& map, const CostGrid& grid) {

@@ -56,6 +56,10 @@ void judge(CostGrid& grid, std::int32_t column, std::int32_t row, const Traversa
 /// The region that all solid nodes lie in; nothing when there are none.
 std::optional<GridRegion> regionOf(const MapLeaves& map);
 
+/// The region that was asked for, or the whole map where none was. An error where it is none or the map has nothing
+/// there.
+Result<GridRegion> regionWithin(const MapLeaves& map, const std::optional<GridRegion>& asked);
+
 /// Height of the ground that the robot walked on, m: the median of the surfaces under the keyframes, 0 when none is
 /// under any.
 double groundHeight(const MapLeaves& map, const CostGrid& grid);

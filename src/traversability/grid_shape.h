@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "core/result.h"
 #include "core/types.h"
@@ -42,7 +43,10 @@ struct GridShape {
 inline constexpr double kMaxGridCells = 16'777'216;
 inline constexpr double kMinResolution = 0.01, kMaxResolution = 10;  // m
 
+/// Why a region is none; empty when it is one.
+std::string whyNoRegion(const GridRegion& region);
+
 /// The cells that cover `region`; an error for a region without area, a resolution out of range, or too many cells.
-Result<GridShape> gridShape(const GridRegion& region, double resolution);
+Result<GridShape> gridShape(const GridRegion& region, double resolution, double most_cells = kMaxGridCells);
 
 }  // namespace hgg

@@ -3,15 +3,31 @@
 #include <fmt/format.h>
 #include <octomap/OcTree.h>
 
+#include <algorithm>
+#include <array>
+#include <limits>
 #include <memory>
 #include <sstream>
 
 namespace hgg {
 namespace {
 
-std::unique_ptr<octomap::OcTree> treeOf(const VoxelGrid& voxels) {
+/// Columns of voxels: those from the first to before the last corner.
+struct Columns {
+  std::array<std::int32_t, 2> first{std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::min()};
+  std::array<std::int32_t, 2> last{std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::max()};
+
+  bool contain(const Voxel& v) const {
+    return v[0] >= first[0] && v[0] < last[0] && v[1] >= first[1] && v[1] < last[1];
+  }
+};
+
+std::unique_ptr<octomap::OcTree> treeOf(const VoxelGrid& voxels, const Columns& columns = {}) {
   auto tree = std::make_unique<octomap::OcTree>(voxels.resolution());
   voxels.forEach([&](const Voxel& v, float log_odds) {
+    if (!columns.contain(v)) {
+      return;
+    }
     const Vec3 p = voxels.centreOf(v);
     tree->setNodeValue(p.x(), p.y(), p.z(), log_odds, true);  // lazily: inner nodes once, below
   });
@@ -41,10 +57,8 @@ std::string withHead(const char* first_lines, const octomap::OcTree& tree, const
          data;
 }
 
-}  // namespace
-
-std::string octomapBinary(const VoxelGrid& voxels) {
-  const auto tree = treeOf(voxels);
+std::string binaryOf(const VoxelGrid& voxels, const Columns& columns) {
+  const auto tree = treeOf(voxels, columns);
   tree->toMaxLikelihood();
   tree->prune();
   std::ostringstream data;
@@ -54,6 +68,41 @@ std::string octomapBinary(const VoxelGrid& voxels) {
   return withHead(
       "# Octomap OcTree binary file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n",
       *tree, std::move(data).str());
+}
+
+/// Halves the longer side until each part is small enough.
+void appendParts(const VoxelGrid& voxels, const Columns& columns, std::size_t most_bytes,
+                 std::vector<std::string>& parts) {
+  const std::array<std::int32_t, 2> size{columns.last[0] - columns.first[0], columns.last[1] - columns.first[1]};
+  const std::size_t axis = size[0] >= size[1] ? 0 : 1;
+  std::string bytes = binaryOf(voxels, columns);
+  if (bytes.size() <= most_bytes || size[axis] <= 1) {
+    parts.push_back(std::move(bytes));
+    return;
+  }
+  Columns first = columns, second = columns;
+  first.last[axis] = second.first[axis] = columns.first[axis] + size[axis] / 2;
+  appendParts(voxels, first, most_bytes, parts);
+  appendParts(voxels, second, most_bytes, parts);
+}
+
+}  // namespace
+
+std::string octomapBinary(const VoxelGrid& voxels) { return binaryOf(voxels, {}); }
+
+std::vector<std::string> octomapParts(const VoxelGrid& voxels, std::size_t most_bytes) {
+  constexpr std::int32_t kFar = std::numeric_limits<std::int32_t>::max();
+  Columns all{{kFar, kFar}, {-kFar, -kFar}};
+  voxels.forEach([&](const Voxel& v, float) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      all.first[axis] = std::min(all.first[axis], v[axis]), all.last[axis] = std::max(all.last[axis], v[axis] + 1);
+    }
+  });
+  std::vector<std::string> parts;
+  if (all.first[0] < all.last[0]) {
+    appendParts(voxels, all, most_bytes, parts);
+  }
+  return parts;
 }
 
 std::string octomapFull(const VoxelGrid& voxels) {

@@ -17,8 +17,6 @@ constexpr float kLeastHit = 0.2F;
 constexpr std::size_t kEyes = 3;
 /// Most bricks, of 2 KiB each.
 constexpr std::size_t kMaxBricks = 1'000'000;
-/// Most samples that all leaves may ask for, some minutes of work.
-constexpr double kMaxSamples = 2e9;
 /// Rays end this far apart on a sheet: free space is wider than surfaces are thick. m
 constexpr double kRaySpacing = 0.4;
 /// A ray ends this many voxels before its sheet, which is as thick as its voxels.
@@ -179,7 +177,7 @@ Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, co
                     "coarser resolution",
                     options.resolution));
   };
-  if (samples > kMaxSamples) {
+  if (samples > options.most_samples) {
     return too_fine();
   }
   VoxelGrid grid(options.resolution);

@@ -49,6 +49,7 @@ class VoxelGrid {
 struct VoxelOptions {
   double resolution = 0.1;                          // m
   std::optional<GridRegion> region = std::nullopt;  // all of the map
+  double most_samples = 2e9;                        // more are refused; these take some minutes
 };
 
 /// Occupancy out of the leaves: every sheet that enough points speak for is a hit in the voxels it runs through,
