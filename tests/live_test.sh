@@ -149,7 +149,7 @@ def traversability(data):
 heard = list(events(out / "heard.lcm"))
 grids = [traversability(data) for channel, data in heard if channel == "MAP_TRAVERSABILITY"]
 around = {g[0] for g in grids if abs(g[3] - 0.1) < 1e-9}
-if len(around) < 3:
+if len(around) < max(1, clouds // 20):  # one a second is sent, and clouds come at 10 Hz
     fail(f"only {len(around)} grids around the robot were heard")
 asked = [g for g in grids if abs(g[3] - 0.2) < 1e-9]
 if [g[1:] for g in asked] != [(-4.0, -3.0, 0.2, 40, 30)]:

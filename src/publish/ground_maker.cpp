@@ -74,7 +74,7 @@ std::vector<CommandReply> GroundMaker::carryOut(GroundJob job) {
 void GroundMaker::publishAround(const GroundJob& job) {
   const GridRegion region = around(job.p_map_body, config_.publish_size);
   if (const auto shape = gridShape(region, config_.resolution); job.wants_grid && shape) {
-    const CostGrid grid = buildCostGrid(copy_.leaves(), *shape, config_);
+    const CostGrid& grid = around_.update(copy_.leaves(), *shape);
     const std::optional<double> ground = groundUnder(grid, job.p_map_body);
     send(job, grid, ground ? *ground : groundHeight(copy_.leaves(), grid));
   }

@@ -7,6 +7,7 @@
 #include "publish/messages.h"
 #include "traversability/cost_grid.h"
 #include "traversability/leaf_copy.h"
+#include "traversability/live_grid.h"
 #include "traversability/voxels.h"
 
 namespace hgg {
@@ -28,7 +29,7 @@ class GroundMaker {
   using OctomapSink = std::function<void(const OctomapBytes&)>;
 
   GroundMaker(const TraversabilityConfig& config, GridSink grid, OctomapSink octomap)
-      : config_(config), send_grid_(std::move(grid)), send_octomap_(std::move(octomap)) {}
+      : config_(config), send_grid_(std::move(grid)), send_octomap_(std::move(octomap)), around_(config) {}
 
   /// Returns the answers to the job's commands, in their order.
   std::vector<CommandReply> carryOut(GroundJob job);
@@ -47,6 +48,7 @@ class GroundMaker {
   GridSink send_grid_;
   OctomapSink send_octomap_;
   LeafCopy copy_;
+  LiveGrid around_;
 };
 
 }  // namespace hgg

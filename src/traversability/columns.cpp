@@ -1,6 +1,7 @@
 #include "traversability/columns.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <tuple>
 
@@ -155,20 +156,34 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
 
 }  // namespace
 
-void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+NodeView viewOf(const MapLeaves& map, const MapNode& node) {
+  NodeView view;
+  view.T_map_object = node.T_map_object;
   const auto anchor = static_cast<std::size_t>(node.anchor);
-  const Vec3* p_eye = nullptr;
-  Vec3 p_anchor;
   if (node.anchor >= 0 && anchor < map.keyframes.size()) {
-    p_anchor = map.keyframes[anchor].T_map_body.translation();
-    p_eye = &p_anchor;
+    view.p_eye = map.keyframes[anchor].T_map_body.translation();
   }
+  view.views = static_cast<std::int32_t>(std::bit_floor(static_cast<std::uint32_t>(std::max(0, node.views))));
+  view.is_thing = !node.stuff;
+  return view;
+}
+
+PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view) {
+  const LeafSheet sheet = sheetOf(transform(view.T_map_object, unpackLeaf(leaf)));
+  return {sheet, view.views, isGround(sheet, view.p_eye ? &*view.p_eye : nullptr), view.is_thing};
+}
+
+bool mayTouch(const LeafSheet& sheet, const GridShape& shape) {
+  const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+  return low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
+         low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y;
+}
+
+void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+  const NodeView view = viewOf(map, node);
   for (const Leaf& leaf : leavesOf(node)) {
-    const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
-    const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
-    if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
-        low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
-      sheets.push_back({sheet, node.views, isGround(sheet, p_eye), !node.stuff});
+    if (const PlacedSheet placed = placeLeaf(leaf, view); mayTouch(placed.sheet, shape)) {
+      sheets.push_back(placed);
     }
   }
 }

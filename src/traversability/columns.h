@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,8 @@ struct Support {
   bool carries = true;        // false: a wall, a pole, a ceiling
   bool seen = true;           // false: filled in between what was seen
   bool is_thing = false;      // its densest leaf is part of an object, not of a tile of ground or wall
+
+  bool operator==(const Support&) const = default;
 };
 
 /// True for nodes that stand in the way or carry: those that more likely exist than not.
@@ -51,8 +54,24 @@ struct PlacedSheet {
   bool is_thing = false;
 };
 
-/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`. The node's anchor
-/// keyframe tells from which side they were seen.
+/// What the sheets of a node depend on beside its leaves.
+struct NodeView {
+  Pose T_map_object = Pose::Identity();
+  std::optional<Vec3> p_eye;  // map frame: the anchor keyframe, which tells from which side the leaves were seen
+  std::int32_t views = 0;     // to a power of two: one more look at what was seen many times is no news
+  bool is_thing = false;
+
+  bool operator==(const NodeView& other) const {
+    return T_map_object.matrix() == other.T_map_object.matrix() && p_eye == other.p_eye && views == other.views &&
+           is_thing == other.is_thing;
+  }
+};
+NodeView viewOf(const MapLeaves& map, const MapNode& node);
+PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view);
+/// False where the sheet has nothing to say of the grid.
+bool mayTouch(const LeafSheet& sheet, const GridShape& shape);
+
+/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`.
 void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
 
 /// The patches of one sheet, row by row; appended to `patches` with `index` as their sheet.
