@@ -81,7 +81,7 @@ constexpr int kOvershoot = 2;  // cells in which an edge is looked for whatever 
 /// it.
 double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
                   const TraversabilityConfig& limits, Reach& reach) {
-  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+  const double stride = grid.shape.resolution * strideOf(way);
   for (int k = 1; k * stride <= kBeyondEdge; ++k) {
     reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
@@ -97,7 +97,9 @@ double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, s
     for (const Support& s : found) {
       fall = std::min(fall, std::max(0.0, static_cast<double>(height) - s.top));
     }
-    if (fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
+    // The first of the two is cheap and most often the last.
+    if (fall > limits.step_height &&
+        fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
       return fall;
     }
     if (k >= kOvershoot) {

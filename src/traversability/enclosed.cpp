@@ -20,7 +20,7 @@ struct Side {
 
 Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, const Support& ground,
           const TraversabilityConfig& limits, Reach& reach) {
-  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+  const double stride = grid.shape.resolution * strideOf(way);
   const auto low = static_cast<float>(ground.height + limits.step_height);
   const auto high = static_cast<float>(ground.height + limits.body_height);
   for (int k = 1; k * stride < kWidest; ++k) {

@@ -24,7 +24,7 @@ constexpr std::array<std::pair<int, int>, 8> kDirections{
 /// The ground at the first column that is not empty that way.
 Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, double step_height,
           Reach& reach) {
-  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+  const double stride = grid.shape.resolution * strideOf(way);
   for (int k = 1; k * stride <= kFarthest; ++k) {
     reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
@@ -46,7 +46,6 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
 
 std::optional<Support> fillColumn(const CostGrid& grid, std::int32_t column, std::int32_t row,
                                   const TraversabilityConfig& limits, Reach& reach) {
-  const double steepest = std::tan(limits.max_slope_deg * kDegree);
   double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, roughness = 0;
   int lines = 0;
   for (std::size_t k = 0; k < kDirections.size(); k += 2) {
@@ -56,6 +55,7 @@ std::optional<Support> fillColumn(const CostGrid& grid, std::int32_t column, std
     if (b.ground == nullptr) {
       continue;
     }
+    const double steepest = std::tan(limits.max_slope_deg * kDegree);
     const double gap = a.distance + b.distance, rise = std::abs(a.ground->height - b.ground->height);
     if (gap > std::min(a.ground->reach, b.ground->reach) || rise > std::min(steepest * gap, limits.step_height)) {
       continue;

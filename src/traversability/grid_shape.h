@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/result.h"
 #include "core/types.h"
@@ -38,6 +40,9 @@ struct GridShape {
   double xOf(std::int32_t column) const { return x + (column + 0.5) * resolution; }
   double yOf(std::int32_t row) const { return y + (row + 0.5) * resolution; }
 };
+
+/// From a cell to the next one that way, one of eight, in cells.
+inline double strideOf(std::pair<int, int> way) { return way.first != 0 && way.second != 0 ? std::numbers::sqrt2 : 1; }
 
 /// Most cells of one grid: what a grid message may carry (lcmtypes/hgg_grid_layer_t.lcm), and bounds the memory.
 inline constexpr double kMaxGridCells = 16'777'216;

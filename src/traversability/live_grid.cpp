@@ -114,6 +114,50 @@ Gathered gather(const ChangedColumns& columns, const std::vector<HeldSheet*>& sh
   return g;
 }
 
+/// Columns with their patches.
+struct Marked {
+  ChangedColumns columns;
+  Gathered patches;
+};
+
+void findVerdicts(const Gathered& g) {
+  for (std::size_t cell = 0; cell + 1 < g.begin.size(); ++cell) {
+    const std::span<const SheetPatch> column(g.patches.data() + g.begin[cell], g.patches.data() + g.begin[cell + 1]);
+    for (std::size_t k = 0; k < column.size(); ++k) {
+      g.held[g.begin[cell] + k]->verdict = verdictOn(column, k);
+    }
+  }
+}
+
+/// The surfaces of marked columns out of those of the sheets that hold, of all others as they were.
+CostGrid assemble(const CostGrid& before, const GridShape& window, const Marked& changed, const Marked& others,
+                  const std::vector<HeldSheet*>& sheets, double step_height) {
+  const Shift shift(before.shape, window);
+  CostGrid seen{window, {}, {}};
+  seen.first.reserve(static_cast<std::size_t>(window.cells()) + 1);
+  seen.supports.reserve(before.supports.size() + before.supports.size() / 8);
+  std::vector<SheetPatch> column;
+  forEachCell(window, [&](std::int32_t c, std::int32_t r, std::size_t cell) {
+    seen.first.push_back(static_cast<std::uint32_t>(seen.supports.size()));
+    const bool is_changed = changed.columns.has(cell);
+    if (!is_changed && !others.columns.has(cell)) {
+      const std::span<const Support> old = before.column(shift.cellBefore(c, r));
+      seen.supports.insert(seen.supports.end(), old.begin(), old.end());
+      return;
+    }
+    const Gathered& g = is_changed ? changed.patches : others.patches;
+    column.clear();
+    for (std::uint32_t k = g.begin[cell]; k < g.begin[cell + 1]; ++k) {
+      if (g.held[k]->verdict == Verdict::kHolds && !sheets[static_cast<std::size_t>(g.patches[k].sheet)]->is_obsolete) {
+        column.push_back(g.patches[k]);
+      }
+    }
+    appendSurfaces(column, window.resolution, step_height, seen.supports);
+  });
+  seen.first.push_back(static_cast<std::uint32_t>(seen.supports.size()));
+  return seen;
+}
+
 }  // namespace
 
 const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) {
@@ -129,16 +173,20 @@ const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) 
     }
   });
   sheets_.update(map, changed);
-  findVerdicts(changed);
-  findObsolete(changed);
-  CostGrid seen = assemble(changed);
+  const Marked anew{changed, gather(changed, sheets_.believed())};
+  findVerdicts(anew.patches);
+  ChangedColumns freed(window);
+  findObsolete(freed);
+  const Marked others{freed, gather(freed, sheets_.believed())};
+  CostGrid seen = assemble(seen_, window, anew, others, sheets_.believed(), limits_.step_height);
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(window.cells()), 0);
   work_ = {};
   forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
     const std::int32_t before = shift.cellBefore(column, row);
-    work_.columns += changed.has(cell) ? 1 : 0;
-    marks[cell] = before < 0 || (changed.has(cell) && !std::ranges::equal(seen.column(static_cast<std::int32_t>(cell)),
-                                                                          seen_.column(before)))
+    const bool is_new = changed.has(cell) || freed.has(cell);
+    work_.columns += is_new ? 1 : 0;
+    marks[cell] = before < 0 || (is_new && !std::ranges::equal(seen.column(static_cast<std::int32_t>(cell)),
+                                                               seen_.column(before)))
                       ? 1
                       : 0;
   });
@@ -155,60 +203,21 @@ void LiveGrid::forget() {
   fill_reach_.clear(), judge_reach_.clear();
 }
 
-void LiveGrid::findVerdicts(const ChangedColumns& changed) {
-  const Gathered g = gather(changed, sheets_.believed());
-  for (std::size_t cell = 0; cell + 1 < g.begin.size(); ++cell) {
-    const std::span<const SheetPatch> column(g.patches.data() + g.begin[cell], g.patches.data() + g.begin[cell + 1]);
-    for (std::size_t k = 0; k < column.size(); ++k) {
-      g.held[g.begin[cell] + k]->verdict = verdictOn(column, k);
-    }
-  }
-}
-
 /// Sheets that have become obsolete in all of their columns, or are so no more, change them all.
-void LiveGrid::findObsolete(ChangedColumns& changed) {
+void LiveGrid::findObsolete(ChangedColumns& others) {
   for (HeldSheet* sheet : sheets_.believed()) {
     std::uint32_t columns = 0, obsolete = 0;
     for (const HeldPatch& p : sheet->patches) {
-      if (changed.cellOf(p) >= 0) {
+      if (others.cellOf(p) >= 0) {
         columns += 1, obsolete += p.verdict == Verdict::kObsolete ? 1 : 0;
       }
     }
     const bool is_obsolete = isObsoleteInAll(obsolete, columns);
     if (is_obsolete != sheet->is_obsolete) {
-      changed.add(*sheet);
+      others.add(*sheet);
       sheet->is_obsolete = is_obsolete;
     }
   }
-}
-
-/// The surfaces of marked columns anew, of all others as they were.
-CostGrid LiveGrid::assemble(const ChangedColumns& changed) const {
-  const GridShape& window = changed.window();
-  const Shift shift(seen_.shape, window);
-  const Gathered g = gather(changed, sheets_.believed());
-  CostGrid seen{window, {}, {}};
-  seen.first.reserve(static_cast<std::size_t>(window.cells()) + 1);
-  seen.supports.reserve(seen_.supports.size() + seen_.supports.size() / 8);
-  std::vector<SheetPatch> column;
-  forEachCell(window, [&](std::int32_t c, std::int32_t r, std::size_t cell) {
-    seen.first.push_back(static_cast<std::uint32_t>(seen.supports.size()));
-    if (!changed.has(cell)) {
-      const std::span<const Support> before = seen_.column(shift.cellBefore(c, r));
-      seen.supports.insert(seen.supports.end(), before.begin(), before.end());
-      return;
-    }
-    column.clear();
-    for (std::uint32_t k = g.begin[cell]; k < g.begin[cell + 1]; ++k) {
-      const HeldSheet& sheet = *sheets_.believed()[static_cast<std::size_t>(g.patches[k].sheet)];
-      if (g.held[k]->verdict == Verdict::kHolds && !sheet.is_obsolete) {
-        column.push_back(g.patches[k]);
-      }
-    }
-    appendSurfaces(column, window.resolution, limits_.step_height, seen.supports);
-  });
-  seen.first.push_back(static_cast<std::uint32_t>(seen.supports.size()));
-  return seen;
 }
 
 /// `near`: how far the next column is that changed. Marks columns whose filling changed, too.

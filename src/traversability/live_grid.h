@@ -24,9 +24,7 @@ class LiveGrid {
 
  private:
   void forget();
-  void findVerdicts(const ChangedColumns& changed);
-  void findObsolete(ChangedColumns& changed);
-  CostGrid assemble(const ChangedColumns& changed) const;
+  void findObsolete(ChangedColumns& others);
   void fill(const CostGrid& before, const std::vector<std::uint8_t>& near, std::vector<std::uint8_t>& changed);
   void judgeNear(const CostGrid& before, const std::vector<std::uint8_t>& near);
 
