@@ -25,6 +25,7 @@ struct ExportOptions {
   std::string map, format, out, config;
   std::vector<double> region;        // x0, y0, x1, y1; empty: all of the map
   std::optional<double> resolution;  // m
+  bool semantic = false;
 };
 
 /// The files of an export; what their names end with follows the name that was asked for.
@@ -72,9 +73,10 @@ Files octomapOf(const StoredMap& stored, const ExportOptions& o) {
     options.region = *region;
   }
   ProgressBar bar("octomap");
+  options.classes = o.semantic;
   const Result<VoxelGrid> voxels = voxelsOf(stored.map, options, [&](double share) { bar.show(share, ""); });
   bar.finish();
-  return voxels ? one(Write(*voxels)) : Files::fail(voxels.error);
+  return voxels ? one(o.semantic ? octomapColoured(*voxels) : Write(*voxels)) : Files::fail(voxels.error);
 }
 
 /// A format: its name for --format, what --help says of it, and what makes it.
@@ -93,6 +95,9 @@ constexpr Format kFormats[] = {
     {"grid", "where a robot can walk, for map_server and NumPy: F.yaml, F.pgm, F.layers.json, F.<layer>.npy", gridOf}};
 
 int exportMap(const ExportOptions& o) {
+  if (o.semantic && o.format != "ot") {
+    return fail("--semantic goes with --format ot: no other format of OctoMap has colours");
+  }
   const Result<StoredMap> stored = loadMap(o.map);
   if (!stored) {
     return fail(stored.error);
@@ -129,6 +134,7 @@ void addExport(CLI::App& app, Action& action) {
       ->expected(4);
   command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured (bt, ot, grid)");
   command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability] (bt, ot, grid)");
+  command->add_flag("--semantic", o->semantic, "occupied voxels in the colour of their class, as a ColorOcTree (ot)");
   command->footer(
       "Examples:\n  hggmap export maps/drive/map.hgg --format json -o drive.json\n"
       "  hggmap export maps/drive/map.hgg --format grid -o drive --region -20,-20,20,20 --resolution 0.1");

@@ -1,6 +1,7 @@
 #include "traversability/octomap_export.h"
 
 #include <fmt/format.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <algorithm>
@@ -8,6 +9,8 @@
 #include <limits>
 #include <memory>
 #include <sstream>
+
+#include "map/export.h"
 
 namespace hgg {
 namespace {
@@ -36,7 +39,8 @@ std::unique_ptr<octomap::OcTree> treeOf(const VoxelGrid& voxels, const Columns& 
 }
 
 /// A node and all below it, as OcTreeBaseImpl::writeData does.
-void writeNodes(const octomap::OcTree& tree, const octomap::OcTreeNode* node, std::ostream& out) {
+template <typename Tree, typename Node>
+void writeNodes(const Tree& tree, const Node* node, std::ostream& out) {
   node->writeData(out);
   unsigned char children = 0;
   for (unsigned k = 0; k < 8; ++k) {
@@ -51,10 +55,33 @@ void writeNodes(const octomap::OcTree& tree, const octomap::OcTreeNode* node, st
 }
 
 /// OctoMap's own functions for whole files and for all nodes print what they do, so the head is written here.
-std::string withHead(const char* first_lines, const octomap::OcTree& tree, const std::string& data) {
+std::string withHead(const char* first_lines, const octomap::AbstractOcTree& tree, const std::string& data) {
   return fmt::format("{}id {}\nsize {}\nres {}\ndata\n", first_lines, tree.getTreeType(), tree.size(),
                      tree.getResolution()) +
          data;
+}
+
+constexpr char kFullHead[] =
+    "# Octomap OcTree file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n";
+
+/// Makes one node of eight that are the same. ColorOcTree's own function goes by occupancy alone and mixes the colours.
+void pruneSame(octomap::ColorOcTree& tree, octomap::ColorOcTreeNode* node) {
+  unsigned same = 0;
+  for (unsigned k = 0; k < 8; ++k) {
+    if (!tree.nodeChildExists(node, k)) {
+      continue;
+    }
+    octomap::ColorOcTreeNode* child = tree.getNodeChild(node, k);
+    pruneSame(tree, child);
+    const octomap::ColorOcTreeNode* first = tree.nodeChildExists(node, 0) ? tree.getNodeChild(node, 0) : nullptr;
+    same += first != nullptr && !tree.nodeHasChildren(child) && child->getLogOdds() == first->getLogOdds() &&
+                    child->getColor() == first->getColor()
+                ? 1
+                : 0;
+  }
+  if (same == 8) {
+    tree.pruneNode(node);
+  }
 }
 
 std::string binaryOf(const VoxelGrid& voxels, const Columns& columns) {
@@ -112,9 +139,26 @@ std::string octomapFull(const VoxelGrid& voxels) {
   if (tree->getRoot() != nullptr) {
     writeNodes(*tree, tree->getRoot(), data);
   }
-  return withHead(
-      "# Octomap OcTree file\n# (feel free to add / change comments, but leave the first line as it is!)\n#\n", *tree,
-      std::move(data).str());
+  return withHead(kFullHead, *tree, std::move(data).str());
+}
+
+std::string octomapColoured(const VoxelGrid& voxels) {
+  octomap::ColorOcTree tree(voxels.resolution());
+  voxels.forEach([&](const Voxel& v, float log_odds) {
+    const Vec3 p = voxels.centreOf(v);
+    octomap::ColorOcTreeNode* node = tree.setNodeValue(p.x(), p.y(), p.z(), log_odds, true);
+    if (log_odds > 0) {
+      const std::array<std::uint8_t, 3> rgb = colourOf(voxels.labelOf(v));
+      node->setColor(rgb[0], rgb[1], rgb[2]);
+    }
+  });
+  tree.updateInnerOccupancy();
+  std::ostringstream data;
+  if (tree.getRoot() != nullptr) {
+    pruneSame(tree, tree.getRoot());
+    writeNodes(tree, tree.getRoot(), data);
+  }
+  return withHead(kFullHead, tree, std::move(data).str());
 }
 
 }  // namespace hgg

@@ -15,5 +15,7 @@ std::string octomapBinary(const VoxelGrid& voxels);
 std::vector<std::string> octomapParts(const VoxelGrid& voxels, std::size_t most_bytes);
 /// With probabilities (.ot).
 std::string octomapFull(const VoxelGrid& voxels);
+/// With probabilities, and occupied voxels in the colour of their class (a ColorOcTree, .ot): VoxelOptions::classes.
+std::string octomapColoured(const VoxelGrid& voxels);
 
 }  // namespace hgg

@@ -33,6 +33,7 @@ bool isWithin(const VoxelOptions& options, const Vec3& p) {
 struct SeenSheet {
   LeafSheet sheet;
   std::uint32_t eyes = 0;  // index into the lists of eyes
+  ClassId label = 0;
 };
 
 struct Scene {
@@ -75,7 +76,7 @@ Scene sceneOf(const MapLeaves& map, const VoxelOptions& options) {
     for (const Leaf& leaf : leavesOf(node)) {
       const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
       density.add(sheet);
-      scene.sheets.push_back({sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1)});
+      scene.sheets.push_back({sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1), node.label});
     }
   }
   std::erase_if(scene.sheets, [&](const SeenSheet& s) {
@@ -87,14 +88,21 @@ Scene sceneOf(const MapLeaves& map, const VoxelOptions& options) {
   return scene;
 }
 
-void markHits(const LeafSheet& sheet, const VoxelOptions& options, VoxelGrid& grid) {
+void markHits(const SeenSheet& seen, const VoxelOptions& options, VoxelGrid& grid) {
+  const LeafSheet& sheet = seen.sheet;
   // Points in a voxel's share of the sheet; each is worth a hit.
   const double points = densityOf(sheet) * grid.resolution() * grid.resolution() / kFootArea;
   const float hit = std::clamp(kHit * static_cast<float>(points), kLeastHit, kMostOccupied);
   forEachSample(sheet, grid.resolution() / 2, [&](const Vec3& p) {
     if (isWithin(options, p)) {
-      float& log_odds = grid.at(grid.voxelOf(p));
-      log_odds = log_odds == VoxelGrid::kUnknown ? hit : std::max(log_odds, hit);
+      const Voxel v = grid.voxelOf(p);
+      float& log_odds = grid.at(v);
+      if (log_odds == VoxelGrid::kUnknown || log_odds < hit) {
+        log_odds = hit;
+        if (options.classes) {
+          grid.setLabel(v, seen.label);
+        }
+      }
     }
   });
 }
@@ -129,14 +137,24 @@ void castFree(const Vec3& eye, const Vec3& p, const VoxelOptions& options, Voxel
 
 }  // namespace
 
-float& VoxelGrid::at(const Voxel& v) {
+std::uint64_t VoxelGrid::keyOf(const Voxel& v) {
   std::uint64_t key = 0;
-  std::size_t inside = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::int32_t brick = floorDiv(v[k]);
-    key = key << 21 | (static_cast<std::uint64_t>(brick + kVoxelOffset) & 0x1FFFFF);
-    inside = inside * kEdge + static_cast<std::size_t>(v[k] - brick * kEdge);
+  for (const std::int32_t index : v) {
+    key = key << 21 | (static_cast<std::uint64_t>(floorDiv(index) + kVoxelOffset) & 0x1FFFFF);
   }
+  return key;
+}
+
+std::size_t VoxelGrid::insideOf(const Voxel& v) {
+  std::size_t inside = 0;
+  for (const std::int32_t index : v) {
+    inside = inside * kEdge + static_cast<std::size_t>(index - floorDiv(index) * kEdge);
+  }
+  return inside;
+}
+
+float& VoxelGrid::at(const Voxel& v) {
+  const std::uint64_t key = keyOf(v);
   if (key != last_key_) {
     const auto [it, is_new] = bricks_.try_emplace(key);
     if (is_new) {
@@ -144,8 +162,15 @@ float& VoxelGrid::at(const Voxel& v) {
     }
     last_key_ = key, last_ = &it->second;
   }
-  return (*last_)[inside];
+  return (*last_)[insideOf(v)];
 }
+
+ClassId VoxelGrid::labelOf(const Voxel& v) const {
+  const auto it = labels_.find(keyOf(v));
+  return it == labels_.end() ? ClassId{0} : it->second[insideOf(v)];
+}
+
+void VoxelGrid::setLabel(const Voxel& v, ClassId label) { labels_[keyOf(v)][insideOf(v)] = label; }
 
 std::vector<std::uint64_t> VoxelGrid::sortedBricks() const {
   std::vector<std::uint64_t> keys;
@@ -190,7 +215,7 @@ Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, co
     return grid.bricks() <= kMaxBricks;
   };
   for (const SeenSheet& s : scene.sheets) {
-    markHits(s.sheet, options, grid);
+    markHits(s, options, grid);
     if (!tell()) {
       return too_fine();
     }
