@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -94,6 +96,37 @@ constexpr Format kFormats[] = {
     {"ot", "OctoMap with probabilities", octomapOf<octomapFull>},
     {"grid", "where a robot can walk, for map_server and NumPy: F.yaml, F.pgm, F.layers.json, F.<layer>.npy", gridOf}};
 
+/// Writes all files or, where one fails or the user stops it, none: they get their names when all are there.
+int writeAll(const std::vector<GridFile>& files, const std::string& out, const std::atomic<bool>& stop) {
+  const auto part = [&](const GridFile& f) {
+    const std::string name = out + f.suffix;
+    const bool is_device = std::filesystem::exists(name) && !std::filesystem::is_regular_file(name);  // /dev/stdout
+    return is_device ? name : name + ".part";
+  };
+  std::string error;
+  for (const GridFile& f : files) {
+    std::ofstream file(part(f), std::ios::binary | std::ios::trunc);
+    if (!(file << f.bytes) || !file.flush()) {
+      error = fmt::format("{}: cannot write the export", out + f.suffix);
+      break;
+    }
+  }
+  error = error.empty() && stop ? "stopped: nothing was written" : error;
+  for (const GridFile& f : files) {
+    const std::string name = out + f.suffix;
+    if (part(f) == name) {
+      continue;
+    }
+    if (!error.empty()) {
+      std::remove(part(f).c_str());
+    } else if (std::rename(part(f).c_str(), name.c_str()) != 0) {
+      error = fmt::format("{}: cannot write the export", name);
+      std::remove(part(f).c_str());
+    }
+  }
+  return error.empty() ? kDone : fail(error);
+}
+
 int exportMap(const ExportOptions& o) {
   if (o.semantic && o.format != "ot") {
     return fail("--semantic goes with --format ot: no other format of OctoMap has colours");
@@ -107,13 +140,7 @@ int exportMap(const ExportOptions& o) {
   if (!files) {
     return fail(files.error);
   }
-  for (const GridFile& f : *files) {
-    std::ofstream file(o.out + f.suffix, std::ios::binary | std::ios::trunc);
-    if (!(file << f.bytes) || !file.flush()) {
-      return fail(fmt::format("{}: cannot write the export", o.out + f.suffix));
-    }
-  }
-  return kDone;
+  return writeAll(*files, o.out, stopOnSignals());
 }
 
 }  // namespace

@@ -197,7 +197,8 @@ void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShap
   }
 }
 
-std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape,
+                                  const ShareDone& progress) {
   PointDensity density;
   for (const PlacedSheet& placed : sheets) {
     density.add(placed.sheet);
@@ -206,6 +207,9 @@ std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const Gri
   for (const PlacedSheet& placed : sheets) {
     if (density.believes(placed.sheet)) {
       appendPatches(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
+    }
+    if (progress) {
+      progress(static_cast<double>(&placed - sheets.data() + 1) / static_cast<double>(sheets.size()));
     }
   }
   return patches;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "traversability/sample.h"
 
 namespace hgg {
+
+/// Told how far the work is, 0..1.
+using ShareDone = std::function<void(double)>;
 
 /// What one leaf says of one column of a grid.
 struct SheetPatch {
@@ -79,7 +83,8 @@ void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShap
                    std::vector<SheetPatch>& patches);
 
 /// The patches of the sheets that enough points speak for, in their order.
-std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape,
+                                  const ShareDone& progress = nullptr);
 
 /// What the rest of a column says of one of its patches.
 enum class Verdict : std::uint8_t {

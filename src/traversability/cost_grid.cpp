@@ -193,8 +193,8 @@ std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const st
 }
 
 /// The surfaces of the columns out of the patches of so many sheets; the patches get sorted by cell.
-CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
-                       double step_height) {
+CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape, double step_height,
+                       const ShareDone& progress) {
   const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
   const std::vector<Verdict> verdicts = verdictsOn(patches, begin, sheets);
   CostGrid grid{shape, {}, {}};
@@ -209,6 +209,9 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
       }
     }
     appendSurfaces(column, shape.resolution, step_height, grid.supports);
+    if (progress && (cell + 1) % static_cast<std::size_t>(shape.width) == 0) {
+      progress(static_cast<double>(cell + 1) / shape.cells());
+    }
   }
   grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
   return grid;
@@ -218,23 +221,28 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
 
 CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
+  // What each part of the work takes of it, measured on a street.
+  const auto part = [&](double from, double to) -> ShareDone {
+    return progress ? [&progress, from, to](double share) { progress(from + (to - from) * share); } : ShareDone();
+  };
   std::vector<PlacedSheet> sheets;
   for (const auto& [id, node] : map.nodes) {
     if (isSolid(node)) {
       appendSheets(map, node, shape, sheets);
     }
   }
-  std::vector<SheetPatch> patches = patchesOf(sheets, shape);
-  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
+  std::vector<SheetPatch> patches = patchesOf(sheets, shape, part(0.05, 0.35));
+  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height, part(0.5, 0.6));
   sheets = {}, patches = {};
   fillGaps(grid, limits);
+  const ShareDone judged = part(0.65, 1);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     for (std::int32_t column = 0; column < shape.width; ++column) {
       Reach reach;
       judge(grid, column, row, limits, reach);
     }
-    if (progress) {
-      progress(0.7 + 0.3 * (row + 1) / shape.height);
+    if (judged) {
+      judged((row + 1.0) / shape.height);
     }
   }
   return grid;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -37,9 +36,6 @@ class Reach {
  private:
   int cells_ = 0;
 };
-
-/// Told how far the work is, 0..1.
-using ShareDone = std::function<void(double)>;
 
 /// The grid of a region out of the leaves of the nodes that lie in it, which must be in memory. Free needs evidence:
 /// ground where no leaf is stays unknown but for narrow gaps between leaves that agree (traversability/fill.h).
