@@ -20,7 +20,7 @@ constexpr double kMostSamples = 2e8;
 /// Of an OctoMap's data in one message: receivers have buffers of a few MB.
 constexpr std::size_t kMostBytes = 1'000'000;
 /// The grid around the robot follows it in steps of this. m
-constexpr double kFollowStep = 1;
+constexpr double kFollowStep = 2;
 /// How far from the robot the ground under it may be seen. m
 constexpr double kUnderRobot = 1;
 
@@ -73,7 +73,7 @@ std::vector<CommandReply> GroundMaker::carryOut(GroundJob job) {
 
 void GroundMaker::publishAround(const GroundJob& job) {
   const GridRegion region = around(job.p_map_body, config_.publish_size);
-  if (const auto shape = gridShape(region, config_.resolution); job.wants_grid && shape) {
+  if (const auto shape = gridShape(region, config_.resolution); shape && job.wants_grid) {
     const CostGrid& grid = around_.update(copy_.leaves(), *shape);
     const std::optional<double> ground = groundUnder(grid, job.p_map_body);
     send(job, grid, ground ? *ground : groundHeight(copy_.leaves(), grid));

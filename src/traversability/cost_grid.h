@@ -26,8 +26,9 @@ struct CostGrid {
   }
 };
 
-/// How far from a column its verdict looked, so that what is kept of a grid can be told from what must be judged anew:
-/// in cells, the larger of both axes. Columns outside the grid count as looked at.
+/// How far from a column its verdict looked along the rows, columns and diagonals through it, in cells: what is kept of
+/// a grid can so be told from what must be judged anew. Columns outside the grid count as looked at. A verdict looks
+/// nowhere else.
 class Reach {
  public:
   void look(int cells) { cells_ = cells > cells_ ? cells : cells_; }

@@ -56,10 +56,41 @@ void sample(HeldSheet& sheet, double resolution, std::vector<SheetPatch>& scratc
     sheet.patches.push_back(
         {shape.first_column + p.cell % shape.width, shape.first_row + p.cell / shape.width, p.bottom, p.top, p.height});
   }
+  sheet.first_column = shape.first_column, sheet.last_column = shape.first_column + shape.width - 1;
+  sheet.first_row = shape.first_row, sheet.last_row = shape.first_row + shape.height - 1;
   sheet.common = scratch.empty() ? SheetPatch{} : scratch.front();
 }
 
 }  // namespace
+
+ChangedColumns::ChangedColumns(const GridShape& window)
+    : window_(window),
+      blocks_wide_(window.width / kBlock + 1),
+      marks_(static_cast<std::size_t>(window.cells()), 0),
+      blocks_(static_cast<std::size_t>(blocks_wide_) * static_cast<std::size_t>(window.height / kBlock + 1), 0) {}
+
+void ChangedColumns::add(const HeldSheet& sheet) {
+  for (const HeldPatch& p : sheet.patches) {
+    if (cellOf(p) >= 0) {
+      add(p.column - window_.first_column, p.row - window_.first_row);
+    }
+  }
+}
+
+bool ChangedColumns::mayHave(const HeldSheet& sheet) const {
+  const std::int32_t left = std::max(0, sheet.first_column - window_.first_column) / kBlock;
+  const std::int32_t right = std::min(window_.width - 1, sheet.last_column - window_.first_column) / kBlock;
+  const std::int32_t low = std::max(0, sheet.first_row - window_.first_row) / kBlock;
+  const std::int32_t high = std::min(window_.height - 1, sheet.last_row - window_.first_row) / kBlock;
+  for (std::int32_t row = low; row <= high; ++row) {
+    for (std::int32_t column = left; column <= right; ++column) {
+      if (blocks_[blockOf(column * kBlock, row * kBlock)] != 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
 
 void HeldSheets::update(const MapLeaves& map, ChangedColumns& changed) {
   for (auto& [id, held] : nodes_) {

@@ -21,6 +21,7 @@ struct HeldSheet {
   PlacedSheet placed;
   SheetPatch common;               // what all its patches have in common
   std::vector<HeldPatch> patches;  // row by row; empty until it is first believed
+  std::int32_t first_column = 0, first_row = 0, last_column = -1, last_row = -1;  // that its patches lie in
   bool is_sampled = false, is_believed = false;
   bool is_obsolete = false;  // in all of its columns
 };
@@ -28,18 +29,15 @@ struct HeldSheet {
 /// The columns of a window that something has changed in.
 class ChangedColumns {
  public:
-  explicit ChangedColumns(const GridShape& window)
-      : window_(window), marks_(static_cast<std::size_t>(window.cells()), 0) {}
-  void add(const HeldSheet& sheet) {
-    for (const HeldPatch& p : sheet.patches) {
-      const std::int64_t cell = cellOf(p);
-      if (cell >= 0) {
-        add(static_cast<std::size_t>(cell));
-      }
-    }
+  explicit ChangedColumns(const GridShape& window);
+  void add(const HeldSheet& sheet);
+  void add(std::int32_t column, std::int32_t row) {
+    marks_[static_cast<std::size_t>(window_.cell(column, row))] = 1;
+    blocks_[blockOf(column, row)] = 1;
   }
-  void add(std::size_t cell) { marks_[cell] = 1; }
   bool has(std::size_t cell) const { return marks_[cell] != 0; }
+  /// False when no column of the sheet has a mark: most sheets are told apart by blocks of columns.
+  bool mayHave(const HeldSheet& sheet) const;
   const GridShape& window() const { return window_; }
   /// The cell of a patch in the window; -1 outside.
   std::int64_t cellOf(const HeldPatch& p) const {
@@ -48,8 +46,16 @@ class ChangedColumns {
   }
 
  private:
+  static constexpr std::int32_t kBlock = 8;  // columns, its edge
+  std::size_t blockOf(std::int32_t column, std::int32_t row) const {
+    return static_cast<std::size_t>(row / kBlock) * static_cast<std::size_t>(blocks_wide_) +
+           static_cast<std::size_t>(column / kBlock);
+  }
+
   GridShape window_;
-  std::vector<std::uint8_t> marks_;  // a value a cell
+  std::int32_t blocks_wide_ = 0;
+  std::vector<std::uint8_t> marks_;   // a value a cell
+  std::vector<std::uint8_t> blocks_;  // a value a block: some cell of it has a mark
 };
 
 /// The sheets of a map's leaves around a window, kept from one state of the map to the next: only leaves that changed

@@ -39,37 +39,40 @@ bool isSameWindow(const GridShape& a, const GridShape& b) {
   return a.first_column == b.first_column && a.first_row == b.first_row && a.width == b.width && a.height == b.height;
 }
 
-/// Of each cell, how far the nearest one with a mark is, in cells, the larger of both axes. Where `is_moved`, what is
-/// outside has a mark too: it was a part of the window, or is none any more.
+/// Takes into `nearest` how far from each cell the next one with a mark is that way, one of eight, in cells; 0: it has
+/// one itself. `outside`: the same of what lies outside.
+void lookThatWay(const GridShape& shape, const std::vector<std::uint8_t>& marks, std::pair<int, int> way,
+                 std::uint8_t outside, std::vector<std::uint8_t>& seen, std::vector<std::uint8_t>& nearest) {
+  const bool is_up = way.second > 0 || (way.second == 0 && way.first > 0);  // what is looked at comes first
+  for (std::int32_t k = 0; k < shape.height; ++k) {
+    const std::int32_t row = is_up ? shape.height - 1 - k : k;
+    for (std::int32_t i = 0; i < shape.width; ++i) {
+      const std::int32_t column = is_up ? shape.width - 1 - i : i;
+      const std::int32_t c = column + way.first, r = row + way.second;
+      const auto cell = static_cast<std::size_t>(shape.cell(column, row));
+      const std::uint8_t next = shape.contains(c, r) ? seen[static_cast<std::size_t>(shape.cell(c, r))] : outside;
+      seen[cell] = marks[cell] != 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(next + (next < kFarthest ? 1 : 0));
+      nearest[cell] = std::min(nearest[cell], seen[cell]);
+    }
+  }
+}
+
+/// Of each cell, how far the nearest one with a mark is along the eight ways that verdicts look, in cells. Where
+/// `is_moved`, what is outside has a mark too: it was a part of the window, or is none any more.
 std::vector<std::uint8_t> distances(const GridShape& shape, const std::vector<std::uint8_t>& marks, bool is_moved) {
-  const std::int32_t width = shape.width + 2, height = shape.height + 2;
-  const auto far = static_cast<std::uint8_t>(kFarthest), outside = is_moved ? std::uint8_t{0} : far;
-  std::vector<std::uint8_t> d(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), outside);
-  const auto at = [&](std::int32_t column, std::int32_t row) {
-    return static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column + 1);
-  };
-  forEachCell(shape,
-              [&](std::int32_t c, std::int32_t r, std::size_t cell) { d[at(c, r)] = marks[cell] != 0 ? 0 : far; });
-  const auto next = [&](std::size_t k, std::ptrdiff_t sign) {
-    const auto step = [&](std::ptrdiff_t by) {
-      return d[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(k) + sign * by)];
-    };
-    const std::uint8_t best = std::min({step(-1), step(-width - 1), step(-width), step(-width + 1)});
-    d[k] = std::min<std::uint8_t>(d[k], best == far ? far : static_cast<std::uint8_t>(best + 1));
-  };
-  for (std::int32_t row = 0; row < shape.height; ++row) {
-    for (std::int32_t column = 0; column < shape.width; ++column) {
-      next(at(column, row), 1);
+  std::vector<std::uint8_t> nearest(marks.size(), static_cast<std::uint8_t>(kFarthest)), seen(marks.size());
+  if (!is_moved && std::ranges::find(marks, 1) == marks.end()) {
+    return nearest;
+  }
+  const auto outside = static_cast<std::uint8_t>(is_moved ? 0 : kFarthest);
+  for (const int up : {-1, 0, 1}) {
+    for (const int right : {-1, 0, 1}) {
+      if (up != 0 || right != 0) {
+        lookThatWay(shape, marks, {right, up}, outside, seen, nearest);
+      }
     }
   }
-  for (std::int32_t row = shape.height - 1; row >= 0; --row) {
-    for (std::int32_t column = shape.width - 1; column >= 0; --column) {
-      next(at(column, row), -1);
-    }
-  }
-  std::vector<std::uint8_t> out(marks.size());
-  forEachCell(shape, [&](std::int32_t c, std::int32_t r, std::size_t cell) { out[cell] = d[at(c, r)]; });
-  return out;
+  return nearest;
 }
 
 bool isWithin(int distance, std::uint8_t reach) { return distance <= reach || reach == kFarthest; }
@@ -80,6 +83,9 @@ std::uint8_t reachOf(const Reach& reach) { return static_cast<std::uint8_t>(std:
 template <typename Visit>
 void forEachPatchIn(const ChangedColumns& columns, const std::vector<HeldSheet*>& sheets, Visit visit) {
   for (std::size_t k = 0; k < sheets.size(); ++k) {
+    if (!columns.mayHave(*sheets[k])) {
+      continue;
+    }
     for (HeldPatch& p : sheets[k]->patches) {
       if (const std::int64_t cell = columns.cellOf(p); cell >= 0 && columns.has(static_cast<std::size_t>(cell))) {
         visit(static_cast<std::int32_t>(k), p, static_cast<std::size_t>(cell));
@@ -167,16 +173,16 @@ const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) 
   const bool is_moved = !isSameWindow(seen_.shape, window);
   const Shift shift(seen_.shape, window);
   ChangedColumns changed(window);
-  forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
+  forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t) {
     if (shift.cellBefore(column, row) < 0) {
-      changed.add(cell);
+      changed.add(column, row);
     }
   });
   sheets_.update(map, changed);
   const Marked anew{changed, gather(changed, sheets_.believed())};
   findVerdicts(anew.patches);
   ChangedColumns freed(window);
-  findObsolete(freed);
+  findObsolete(is_moved ? nullptr : &changed, freed);
   const Marked others{freed, gather(freed, sheets_.believed())};
   CostGrid seen = assemble(seen_, window, anew, others, sheets_.believed(), limits_.step_height);
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(window.cells()), 0);
@@ -203,9 +209,13 @@ void LiveGrid::forget() {
   fill_reach_.clear(), judge_reach_.clear();
 }
 
-/// Sheets that have become obsolete in all of their columns, or are so no more, change them all.
-void LiveGrid::findObsolete(ChangedColumns& others) {
+/// Sheets that have become obsolete in all of their columns, or are so no more, change them all. `changed`: only sheets
+/// with a column among these can have; nullptr: any.
+void LiveGrid::findObsolete(const ChangedColumns* changed, ChangedColumns& others) {
   for (HeldSheet* sheet : sheets_.believed()) {
+    if (changed != nullptr && !changed->mayHave(*sheet)) {
+      continue;
+    }
     std::uint32_t columns = 0, obsolete = 0;
     for (const HeldPatch& p : sheet->patches) {
       if (others.cellOf(p) >= 0) {

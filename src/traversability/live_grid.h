@@ -24,7 +24,7 @@ class LiveGrid {
 
  private:
   void forget();
-  void findObsolete(ChangedColumns& others);
+  void findObsolete(const ChangedColumns* changed, ChangedColumns& others);
   void fill(const CostGrid& before, const std::vector<std::uint8_t>& near, std::vector<std::uint8_t>& changed);
   void judgeNear(const CostGrid& before, const std::vector<std::uint8_t>& near);
 

@@ -91,7 +91,7 @@ TEST_F(GroundPublisherTest, TheGridAroundTheRobotIsThatOfTheMapAtEachTime) {
     const GroundGrid& grid = listener_.grids.back();
     EXPECT_EQ(grid.utime_us, SmallWorld::timeOf(next_ - 1));
     EXPECT_EQ(grid.revision, mapper.map().revision());
-    EXPECT_NEAR(grid.x + 5, next_ - 1, 1.01);
+    EXPECT_NEAR(grid.x + 5, next_ - 1, 1.01) << "in steps of 2 m";
     EXPECT_EQ(grid.width, 100);
     EXPECT_NEAR(grid.reference_z, -1.5, 0.1);
     expectGridOf(mapper, grid);
