@@ -39,6 +39,10 @@ void visitLcm(Section& c, Visitor& visit) {
   visit("lcm", "map_odom", c.map_odom, KeyDoc{0, 0, "channel", "out: bot_core.rigid_transform_t, T_map_odom"});
   visit("lcm", "map_objects", c.map_objects, KeyDoc{0, 0, "channel", "out: hgg.graph_update_t"});
   visit("lcm", "status", c.status, KeyDoc{0, 0, "channel", "out: hgg.status_t, 1 Hz"});
+  visit("lcm", "map_traversability", c.map_traversability, KeyDoc{0, 0, "channel", "out: hgg.traversability_t"});
+  visit("lcm", "octomap", c.octomap, KeyDoc{0, 0, "channel", "out: octomap.raw_t"});
+  visit("lcm", "command", c.command, KeyDoc{0, 0, "channel", "in: hgg.command_t"});
+  visit("lcm", "command_reply", c.command_reply, KeyDoc{0, 0, "channel", "out: hgg.command_reply_t"});
 }
 
 template <typename Section, typename Visitor>
@@ -136,6 +140,13 @@ void visitTraversability(Section& c, Visitor& visit) {
         KeyDoc{0, 2, "m", "its centre stays this far from what it cannot walk on: half its width"});
   visit("traversability", "min_confidence", c.min_confidence,
         KeyDoc{0, 1, "", "ground known less well than this is unknown"});
+  visit("traversability", "publish_rate", c.publish_rate,
+        KeyDoc{0, 10, "Hz", "how often the grid around the robot is published; 0: on command only"});
+  visit("traversability", "publish_size", c.publish_size, KeyDoc{2, 200, "m", "edge of that grid"});
+  visit("traversability", "octomap_rate", c.octomap_rate,
+        KeyDoc{0, 10, "Hz", "how often an OctoMap of the same square is published; 0: on command only"});
+  visit("traversability", "octomap_resolution", c.octomap_resolution,
+        KeyDoc{0.05, 2, "m", "edge of its voxels, and of those of a command that names none"});
 }
 
 template <typename Section, typename Visitor>
@@ -305,6 +316,9 @@ std::vector<std::string> crossCheck(const Config& c) {
   }
   if (c.creation.beam_factor * c.creation.beam_spacing_deg > 8) {
     errors.emplace_back("'creation.beam_factor' * 'creation.beam_spacing_deg' must be at most 8 deg");
+  }
+  if (c.traversability.publish_size / c.traversability.resolution > 2000) {
+    errors.emplace_back("'traversability.publish_size' must be at most 2000 cells of 'traversability.resolution'");
   }
   return errors;
 }

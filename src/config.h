@@ -18,6 +18,10 @@ struct LcmConfig {
   std::string map_odom = "MAP_ODOM";
   std::string map_objects = "MAP_OBJECTS";
   std::string status = "HGG_STATUS";
+  std::string map_traversability = "MAP_TRAVERSABILITY";
+  std::string octomap = "OCTOMAP";
+  std::string command = "HGG_COMMAND";
+  std::string command_reply = "HGG_COMMAND_REPLY";
 };
 
 struct FrameConfig {
@@ -79,6 +83,10 @@ struct TraversabilityConfig {
   double body_height = 0.7;
   double footprint_radius = 0.25;
   double min_confidence = 0.1;
+  double publish_rate = 1;
+  double publish_size = 40;
+  double octomap_rate = 0;
+  double octomap_resolution = 0.2;
 };
 
 /// What the cost of a pair of objects is made of; all but the first are ablations.

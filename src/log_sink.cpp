@@ -13,6 +13,9 @@ Sink logSink() {
     }
   };
   sink.warning = [](const std::string& line) { spdlog::warn("{}", line); };
+  sink.reply = [](const CommandReply& reply) {
+    spdlog::info("command {} of '{}': {}{}", reply.request_id, reply.client, reply.ok ? "" : "refused: ", reply.text);
+  };
   return sink;
 }
 

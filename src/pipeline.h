@@ -39,6 +39,8 @@ class Pipeline {
   /// No more messages will come: steps through the last frames and gives up on clouds without odometry.
   void finish(Micros now_us);
   void countBusy(std::int64_t clouds) { counts_.drops.busy += clouds; }
+  /// Of a message that is none of the pipeline's.
+  void countUnreadable(const std::string& reason) { ++counts_.decode_errors[reason]; }
 
   std::int64_t frames() const { return counts_.frames; }
   RunCounts counts() const;

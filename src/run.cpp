@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "bus/bus.h"
+#include "bus/codec.h"
 #include "bus/lcm_sink.h"
 #include "log_sink.h"
 #include "publish/publisher.h"
@@ -26,6 +27,14 @@ void feed(Pipeline& pipeline, const Inbox& inbox) {
   pipeline.countBusy(inbox.clouds_replaced);
   if (inbox.cloud) {
     pipeline.addCloud(inbox.cloud->bytes, inbox.cloud->arrival_us);
+  }
+}
+
+/// Commands that cannot be read cannot be answered: nobody knows who asks.
+void carryOut(Publisher& publisher, Pipeline& pipeline, const Inbox& inbox) {
+  for (const RawMessage& message : inbox.commands) {
+    const Result<Command> command = decodeCommand(message.bytes);
+    command ? publisher.ask(*command) : pipeline.countUnreadable("command: " + command.error);
   }
 }
 
@@ -53,7 +62,9 @@ Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomi
       OdometryWait::kConfigured);
   spdlog::info("listening to {} and {} at {}", config.lcm.lidar_semantic, config.lcm.odometry, config.lcm.url);
   while (!stop) {
-    feed(pipeline, bus.take(kPoll));
+    const Inbox inbox = bus.take(kPoll);
+    carryOut(publisher, pipeline, inbox);
+    feed(pipeline, inbox);
     pipeline.stepReady(Bus::now_us());
     publisher.tick(pipeline.counts());
   }

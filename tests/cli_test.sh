@@ -149,6 +149,24 @@ for format in bt ot grid; do
   done
   expect 2 1 'outside the map' "$hggmap" export yard/map.hgg --format $format -o no --region 9000,9000,9001,9001
 done
+# Stopped at any time, an export leaves all of its files or none.
+for delay in 0.05 0.1 0.2 0.4 0.8; do
+  timeout -s INT "$delay" "$hggmap" export yard/map.hgg --format grid -o stopped --resolution 0.05 > stdout 2> stderr < /dev/null
+  there=$(find . -maxdepth 1 -name 'stopped.*' | wc -l)
+  [ "$there" -eq 0 ] || [ "$there" -eq 10 ] || complain "stopped after $delay s, an export leaves $there files"
+  rm -f stopped.*
+done
+expect 2 1 'cannot write' "$hggmap" export yard/map.hgg --format json -o nowhere/x.json
+[ "$(timeout 60 "$hggmap" export yard/map.hgg --format json -o /dev/stdout < /dev/null | head -c 1)" = "{" ] ||
+  complain "an export does not go to a pipe"
+timeout 60 "$hggmap" export yard/map.hgg --format ot --semantic -o semantic.ot --resolution 0.2 > stdout 2> stderr ||
+  complain "export --semantic: $(head -c 300 stderr)"
+grep -aq '^id ColorOcTree$' semantic.ot || complain "export --semantic makes no ColorOcTree"
+expect 2 1 'semantic' "$hggmap" export yard/map.hgg --format bt --semantic -o no
+if command -v bt2vrml > stdout; then  # octomap's own tool
+  timeout 60 bt2vrml walk.bt > stdout 2> stderr < /dev/null && grep -q 'Box' walk.bt.wrl ||
+    complain "bt2vrml does not take the .bt: $(tail -n 1 stderr)"
+fi
 [ -s walk.grid.pgm ] && [ -s walk.grid.layers.json ] && [ -s walk.grid.cost.npy ] || complain "the grid's files are missing"
 expect 2 1 'cells' "$hggmap" export yard/map.hgg --format grid -o no --region -9000,-9000,9000,9000
 for command in 'plan yard/map.hgg' 'plan yard/map.hgg --from 0,0' 'plan missing.hgg --from 0,0 --to 1,1' \

@@ -53,16 +53,33 @@ wait_for() {
   done
 }
 is_listening() { grep -q "listening to" "$out/live.log"; }
+is_answered() { grep -q "command 7 of 'live_test'" "$out/live.log"; }
 is_idle() { grep -q " Hz," "$out/live.log" && tail -n 1 "$out/live.log" | grep -q "no frames"; }
 
 "$hggmap" replay "$log" --out "$out/replay" >"$out/replay.log" || fail "replay: $(tail -n 1 "$out/replay.log")"
 
 "$hggmap" run --lcm-url "$url" --out "$out/live" >"$out/run.log" 2>"$out/live.log" &
 mapper=$!
-trap 'kill "$mapper" 2>/dev/null || true' EXIT
+lcm-logger --lcm-url="$url" --force --quiet --channel='MAP_TRAVERSABILITY|HGG_COMMAND.*' "$out/heard.lcm" >"$out/logger.log" 2>&1 &
+logger=$!
+trap 'kill "$mapper" "$logger" 2>/dev/null || true' EXIT
 wait_for 20 is_listening || fail "hggmap run does not listen"
 lcm-logplayer -s 1 --lcm-url="$url" "$log" >"$out/player.log" 2>&1 || fail "lcm-logplayer: $(tail -n 1 "$out/player.log")"
 wait_for 30 is_idle || fail "hggmap run does not come to rest after the log"
+python3 - "$out/command.lcm" <<'PYTHON'
+import struct, sys
+
+# hgg.command_t: PUBLISH_TRAVERSABILITY of 8 x 6 m at 0.2 m.
+command = struct.pack(">QqI", 0x1EE47F3CBFE785B6, 1, 10) + b"live_test\0" + struct.pack(">qbb6d", 7, 6, 1, -4, -3, 4, 3, -1.5, 0.2)
+channel = b"HGG_COMMAND"
+with open(sys.argv[1], "wb") as log:
+    for number in range(2):
+        log.write(struct.pack(">IqqII", 0xEDA1DA01, number, 1000 * number, len(channel), len(command)) + channel + command)
+PYTHON
+lcm-logplayer -s 1 --lcm-url="$url" "$out/command.lcm" >>"$out/player.log" 2>&1 || fail "lcm-logplayer: $(tail -n 1 "$out/player.log")"
+wait_for 30 is_answered || fail "no answer to a command"
+kill -INT "$logger"
+wait "$logger" || true
 kill -INT "$mapper"
 wait "$mapper" || fail "hggmap run exits with $?: $(tail -n 1 "$out/live.log")"
 trap - EXIT
@@ -87,6 +104,60 @@ with open(log, "rb") as file:
         _, _, _, channel, data = struct.unpack(">IqqII", header)
         clouds += file.read(channel) == b"LIDAR_SEMANTIC"
         file.seek(data, 1)
+
+
+def events(path):
+    with open(path, "rb") as file:
+        while header := file.read(28):
+            _, _, _, channel, data = struct.unpack(">IqqII", header)
+            yield file.read(channel).decode(), file.read(data)
+
+
+class Reader:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+
+    def take(self, layout):
+        values = struct.unpack_from(">" + layout, self.data, self.at)
+        self.at += struct.calcsize(">" + layout)
+        return values if len(values) > 1 else values[0]
+
+    def string(self):
+        size = self.take("i")
+        return self.take(f"{size}s")[:-1].decode()
+
+
+def traversability(data):
+    """The head of an hgg.traversability_t, all of which must be there."""
+    r = Reader(data)
+    fingerprint, utime, _ = r.take("Qqq")
+    x, y, resolution, _, width, height, levels, layers = r.take("4d4i")
+    names = []
+    for _ in range(layers):
+        names.append(r.string())
+        _, _, size = r.take("bbi")
+        if r.take("4s") != b"\x28\xb5\x2f\xfd":
+            fail(f"layer {names[-1]} is no zstd frame")
+        r.at += size - 4
+    if fingerprint != 0xF7A8A26172165BC6 or r.at != len(data) or not 1 <= levels <= 8:
+        fail(f"a MAP_TRAVERSABILITY of {len(data)} bytes does not decode")
+    if names != ["cost", "height", "slope", "step", "roughness", "clearance", "confidence"]:
+        fail(f"layers of MAP_TRAVERSABILITY: {names}")
+    return utime, x, y, resolution, width, height
+
+
+heard = list(events(out / "heard.lcm"))
+grids = [traversability(data) for channel, data in heard if channel == "MAP_TRAVERSABILITY"]
+around = {g[0] for g in grids if abs(g[3] - 0.1) < 1e-9}
+if len(around) < max(1, clouds // 20):  # one a second is sent, and clouds come at 10 Hz
+    fail(f"only {len(around)} grids around the robot were heard")
+asked = [g for g in grids if abs(g[3] - 0.2) < 1e-9]
+if [g[1:] for g in asked] != [(-4.0, -3.0, 0.2, 40, 30)]:
+    fail(f"asked twice under one id for a grid of 8 x 6 m, got {asked}")
+replies = [data for channel, data in heard if channel == "HGG_COMMAND_REPLY"]
+if not replies or b"live_test" not in replies[0] or b"sent 40 x 30 cells" not in replies[0]:
+    fail(f"answers to the command: {replies}")
+
 for run in ("live", "replay"):
     stats = json.loads((out / run / "stats.json").read_text())
     if stats["frames"] != clouds or stats["dropped"] != 0:

@@ -14,6 +14,8 @@ namespace {
 
 constexpr std::size_t kMaxOdometry = 8192;       // messages nobody took; seconds even at 1 kHz
 constexpr std::size_t kMaxOdometryBytes = 1024;  // a longer one is no pose; its head is enough for decode to say so
+constexpr std::size_t kMaxCommands = 64;         // that nobody took
+constexpr std::size_t kMaxCommandBytes = 1024;   // a longer one is no command
 constexpr int kOdometryQueue = 256;              // within LCM, while the receive thread copies a cloud
 constexpr int kCloudQueue = 1;                   // within LCM, which keeps one more
 constexpr int kPoll_ms = 100;                    // how soon the receive thread sees that it shall end
@@ -65,7 +67,8 @@ Bus::~Bus() = default;
 bool Bus::subscribe(const LcmConfig& lcm) {
   auto* odometry = lcm_subscribe(lcm_.get(), literal(lcm.odometry).c_str(), &Bus::onOdometry, this);
   auto* cloud = lcm_subscribe(lcm_.get(), literal(lcm.lidar_semantic).c_str(), &Bus::onCloud, this);
-  if (!odometry || !cloud) {
+  auto* command = lcm_subscribe(lcm_.get(), literal(lcm.command).c_str(), &Bus::onCommand, this);
+  if (!odometry || !cloud || !command) {
     return false;
   }
   lcm_subscription_set_queue_capacity(odometry, kOdometryQueue);
@@ -95,6 +98,19 @@ void Bus::onOdometry(const lcm_recv_buf_t* message, const char* /*channel*/, voi
     if (bus->odometry_.size() > kMaxOdometry) {
       bus->odometry_.pop_front();
       ++bus->inbox_.odometry_lost;
+    }
+  }
+  bus->news_.notify_one();
+}
+
+void Bus::onCommand(const lcm_recv_buf_t* message, const char* /*channel*/, void* self) {
+  auto* bus = static_cast<Bus*>(self);
+  const auto* bytes = static_cast<const std::uint8_t*>(message->data);
+  {
+    const std::lock_guard lock(bus->mutex_);
+    std::vector<RawMessage>& commands = bus->inbox_.commands;
+    if (commands.size() < kMaxCommands) {
+      commands.push_back({now_us(), {bytes, bytes + std::min<std::size_t>(message->data_size, kMaxCommandBytes)}});
     }
   }
   bus->news_.notify_one();

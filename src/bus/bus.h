@@ -29,6 +29,7 @@ struct RawMessage {
 struct Inbox {
   std::vector<RawMessage> odometry;  // in order of arrival
   std::optional<RawMessage> cloud;   // the newest
+  std::vector<RawMessage> commands;  // in order of arrival; those beyond a bound are lost, and their senders ask again
   std::int64_t clouds_replaced = 0;  // older ones that nobody took
   std::int64_t odometry_lost = 0;    // oldest ones, when nobody took them for long
 };
@@ -57,10 +58,11 @@ class Bus {
 
   Bus() = default;
   static void onOdometry(const lcm_recv_buf_t* message, const char* channel, void* self);
+  static void onCommand(const lcm_recv_buf_t* message, const char* channel, void* self);
   static void onCloud(const lcm_recv_buf_t* message, const char* channel, void* self);
   bool subscribe(const LcmConfig& lcm);
   void receive(const std::stop_token& stop);
-  bool hasNews() const { return inbox_.cloud || !odometry_.empty(); }
+  bool hasNews() const { return inbox_.cloud || !inbox_.commands.empty() || !odometry_.empty(); }
 
   std::unique_ptr<lcm_t, LcmCloser> lcm_;
   std::mutex mutex_;  // guards what follows

@@ -56,6 +56,9 @@ Result<LabelImage> decodeLabelImage(Bytes message);
 /// bot_core.image_t of little-endian 16-bit grey values, rows padded or not.
 Result<DepthImage> decodeDepthImage(Bytes message);
 
+/// hgg.command_t. Numbers that make no sense are taken as they are: they have to be answered.
+Result<Command> decodeCommand(Bytes message);
+
 /// A pose in whatever frame its channel speaks of: odom on the way in, map on the way out.
 std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_parent_body);
 /// x, y, z (f32), label (u16), and instance (u32) when any point has one.
@@ -72,5 +75,14 @@ std::vector<std::uint8_t> encodeDepthImage(const DepthImage& image);
 std::vector<std::uint8_t> encodeRigidTransform(Micros utime_us, const Pose& T_map_odom);
 std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update);
 std::vector<std::uint8_t> encodeStatus(const Status& status);
+std::vector<std::uint8_t> encodeOctomap(const OctomapBytes& octomap);
+std::vector<std::uint8_t> encodeCommandReply(const CommandReply& reply);
+
+/// A message that is larger is sent in parts where it can be. Receivers have buffers of a few MB.
+constexpr std::size_t kMostMessageBytes = 1 << 20;
+/// The grid as messages of hgg.traversability_t, side by side, none of them larger than `most_bytes` but for a single
+/// cell.
+std::vector<std::vector<std::uint8_t>> encodeTraversability(const GroundGrid& grid,
+                                                            std::size_t most_bytes = kMostMessageBytes);
 
 }  // namespace hgg

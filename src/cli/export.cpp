@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -25,6 +27,7 @@ struct ExportOptions {
   std::string map, format, out, config;
   std::vector<double> region;        // x0, y0, x1, y1; empty: all of the map
   std::optional<double> resolution;  // m
+  bool semantic = false;
 };
 
 /// The files of an export; what their names end with follows the name that was asked for.
@@ -34,20 +37,12 @@ Files one(std::string bytes) { return Files::ok({{"", std::move(bytes)}}); }
 
 /// The region that was asked for, or the whole map. An error where there is nothing.
 Result<GridRegion> regionFor(const StoredMap& stored, const ExportOptions& o) {
-  const std::optional<GridRegion> all = regionOf(stored.map);
-  if (!all) {
-    return Result<GridRegion>::fail(fmt::format("{}: the map is empty", o.map));
+  std::optional<GridRegion> asked;
+  if (!o.region.empty()) {
+    asked = GridRegion{o.region[0], o.region[1], o.region[2], o.region[3]};
   }
-  if (o.region.empty()) {
-    return Result<GridRegion>::ok(*all);
-  }
-  const GridRegion asked{o.region[0], o.region[1], o.region[2], o.region[3]};
-  if (asked.x_min > all->x_max || asked.x_max < all->x_min || asked.y_min > all->y_max || asked.y_max < all->y_min) {
-    return Result<GridRegion>::fail(
-        fmt::format("the region lies outside the map, which covers {:.1f},{:.1f},{:.1f},{:.1f}", all->x_min, all->y_min,
-                    all->x_max, all->y_max));
-  }
-  return Result<GridRegion>::ok(asked);
+  Result<GridRegion> region = regionWithin(stored.map, asked);
+  return region ? region : Result<GridRegion>::fail(fmt::format("{}: {}", o.map, region.error));
 }
 
 Files gridOf(const StoredMap& stored, const ExportOptions& o) {
@@ -80,9 +75,10 @@ Files octomapOf(const StoredMap& stored, const ExportOptions& o) {
     options.region = *region;
   }
   ProgressBar bar("octomap");
+  options.classes = o.semantic;
   const Result<VoxelGrid> voxels = voxelsOf(stored.map, options, [&](double share) { bar.show(share, ""); });
   bar.finish();
-  return voxels ? one(Write(*voxels)) : Files::fail(voxels.error);
+  return voxels ? one(o.semantic ? octomapColoured(*voxels) : Write(*voxels)) : Files::fail(voxels.error);
 }
 
 /// A format: its name for --format, what --help says of it, and what makes it.
@@ -100,7 +96,41 @@ constexpr Format kFormats[] = {
     {"ot", "OctoMap with probabilities", octomapOf<octomapFull>},
     {"grid", "where a robot can walk, for map_server and NumPy: F.yaml, F.pgm, F.layers.json, F.<layer>.npy", gridOf}};
 
+/// Writes all files or, where one fails or the user stops it, none: they get their names when all are there.
+int writeAll(const std::vector<GridFile>& files, const std::string& out, const std::atomic<bool>& stop) {
+  const auto part = [&](const GridFile& f) {
+    const std::string name = out + f.suffix;
+    const bool is_device = std::filesystem::exists(name) && !std::filesystem::is_regular_file(name);  // /dev/stdout
+    return is_device ? name : name + ".part";
+  };
+  std::string error;
+  for (const GridFile& f : files) {
+    std::ofstream file(part(f), std::ios::binary | std::ios::trunc);
+    if (!(file << f.bytes) || !file.flush()) {
+      error = fmt::format("{}: cannot write the export", out + f.suffix);
+      break;
+    }
+  }
+  error = error.empty() && stop ? "stopped: nothing was written" : error;
+  for (const GridFile& f : files) {
+    const std::string name = out + f.suffix;
+    if (part(f) == name) {
+      continue;
+    }
+    if (!error.empty()) {
+      std::remove(part(f).c_str());
+    } else if (std::rename(part(f).c_str(), name.c_str()) != 0) {
+      error = fmt::format("{}: cannot write the export", name);
+      std::remove(part(f).c_str());
+    }
+  }
+  return error.empty() ? kDone : fail(error);
+}
+
 int exportMap(const ExportOptions& o) {
+  if (o.semantic && o.format != "ot") {
+    return fail("--semantic goes with --format ot: no other format of OctoMap has colours");
+  }
   const Result<StoredMap> stored = loadMap(o.map);
   if (!stored) {
     return fail(stored.error);
@@ -110,13 +140,7 @@ int exportMap(const ExportOptions& o) {
   if (!files) {
     return fail(files.error);
   }
-  for (const GridFile& f : *files) {
-    std::ofstream file(o.out + f.suffix, std::ios::binary | std::ios::trunc);
-    if (!(file << f.bytes) || !file.flush()) {
-      return fail(fmt::format("{}: cannot write the export", o.out + f.suffix));
-    }
-  }
-  return kDone;
+  return writeAll(*files, o.out, stopOnSignals());
 }
 
 }  // namespace
@@ -137,6 +161,7 @@ void addExport(CLI::App& app, Action& action) {
       ->expected(4);
   command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured (bt, ot, grid)");
   command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability] (bt, ot, grid)");
+  command->add_flag("--semantic", o->semantic, "occupied voxels in the colour of their class, as a ColorOcTree (ot)");
   command->footer(
       "Examples:\n  hggmap export maps/drive/map.hgg --format json -o drive.json\n"
       "  hggmap export maps/drive/map.hgg --format grid -o drive --region -20,-20,20,20 --resolution 0.1");

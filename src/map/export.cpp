@@ -60,7 +60,13 @@ Json toJson(const Map& map, const MapNode& node, const std::string& name) {
   return j;
 }
 
-/// A stable colour per class: hues by golden-ratio steps.
+template <typename T>
+void append(std::string& out, T value) {
+  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+}  // namespace
+
 std::array<std::uint8_t, 3> colourOf(ClassId label) {
   const double hue = std::fmod(label * 0.61803398875, 1.0) * 6;
   std::array<std::uint8_t, 3> rgb{};
@@ -70,13 +76,6 @@ std::array<std::uint8_t, 3> colourOf(ClassId label) {
   }
   return rgb;
 }
-
-template <typename T>
-void append(std::string& out, T value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof(T));
-}
-
-}  // namespace
 
 std::string exportJson(const StoredMap& stored) {
   const Map& map = stored.map;

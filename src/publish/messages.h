@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,14 +81,75 @@ struct Status {
   int degenerate = 0;     // directions in which it is odometry's
 };
 
+/// One layer of a grid: number (level * height + row) * width + column is the value of that cell; NaN where it has
+/// none.
+struct GroundLayer {
+  std::string name;
+  std::vector<float> values;
+};
+
+/// Where a robot can walk; fields of hgg.traversability_t.
+struct GroundGrid {
+  Micros utime_us = 0;
+  std::int64_t revision = 0;
+  double x = 0, y = 0;     // m, map frame: corner of cell (0, 0) with the least x and y
+  double resolution = 0;   // m, edge of a cell
+  double reference_z = 0;  // m, map frame: level 0 of a column is the surface nearest to it
+  std::int32_t width = 0, height = 0, levels = 1;
+  std::vector<std::uint8_t> cost;
+  std::vector<GroundLayer> layers;
+};
+
+/// An OctoMap, in the bytes of OcTree::writeBinaryConst; fields of octomap.raw_t.
+struct OctomapBytes {
+  Micros utime_us = 0;
+  std::string bytes;
+};
+
+/// What a command asks for; values of hgg.command_t. Others come, too: they are refused.
+enum class CommandKind : std::int8_t {
+  kSave = 1,
+  kReset = 2,
+  kResendAll = 3,
+  kPublishGeometry = 4,
+  kPublishOctomap = 5,
+  kPublishTraversability = 6
+};
+
+/// A command as it came; numbers are whatever the sender wrote. Fields of hgg.command_t.
+struct Command {
+  std::string client;
+  std::int64_t request_id = 0;
+  CommandKind kind{};
+  std::optional<std::array<double, 4>> region;  // m, map frame: x_min, y_min, x_max, y_max; nothing: all of the map
+  double reference_z = 0;                       // m, map frame
+  double resolution = 0;                        // m; 0: as configured
+};
+
+/// The answer to a command; fields of hgg.command_reply_t.
+struct CommandReply {
+  Micros utime_us = 0;  // of the newest frame in the map
+  std::string client;
+  std::int64_t request_id = 0;
+  CommandKind kind{};
+  bool ok = false;
+  std::string text;           // one sentence: what was done, or why not
+  std::int64_t revision = 0;  // of the map that was sent
+  double ms = 0;              // it took
+};
+
 /// Where messages go: the bus, the log, a viewer. A sink leaves empty what it has no use for. Calls come one at a time,
-/// from the thread that maps, so a slow sink holds up the next frame.
+/// from the thread that maps, so a slow sink holds up the next frame; those of `ground` and `octomap` come one at a
+/// time from another thread, beside the others, and may take their time.
 struct Sink {
   std::function<void(const PoseUpdate&)> pose;
   std::function<void(const GraphUpdate&)> graph;
   std::function<void(const Status&)> status;
   std::function<void(const std::string&)> warning;  // one line for whoever looks after the robot
   std::function<std::int64_t()> take_unsent;        // messages it could not deliver since it was last asked
+  std::function<void(const GroundGrid&)> ground;
+  std::function<void(const OctomapBytes&)> octomap;
+  std::function<void(const CommandReply&)> reply;
 };
 
 }  // namespace hgg

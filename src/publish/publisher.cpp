@@ -18,7 +18,7 @@ constexpr Micros kIdle_us = 60'000'000;      // the complaint that nothing comes
 }  // namespace
 
 Publisher::Publisher(const Mapper& mapper, std::vector<Sink> sinks, Clock clock)
-    : mapper_(mapper), sinks_(std::move(sinks)), clock_(std::move(clock)) {
+    : mapper_(mapper), sinks_(std::move(sinks)), clock_(std::move(clock)), ground_(mapper, sinks_) {
   last_.time_us = next_complete_us_ = next_idle_us_ = clock_();
 }
 
@@ -38,6 +38,7 @@ FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing
   const double publish_ms = static_cast<double>(clock_() - start_us) * 1e-3;
   timing.stage_ms.emplace_back("publish", publish_ms);
   timing.frame_ms += publish_ms;
+  ground_.follow(report);
   latest_ = {report.utime_us,       timing,          nameOf(report.source), report.degenerate, report.tracking,
              report.odometry_fault, report.fragment, report.pose_cov};
   warnOfAlarms();
@@ -46,6 +47,7 @@ FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing
 
 void Publisher::tick(const RunCounts& counts) {
   const Micros now_us = clock_();
+  ground_.tick(now_us);
   if (now_us - last_.time_us < kStatus_us) {
     return;
   }

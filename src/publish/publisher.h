@@ -7,6 +7,7 @@
 
 #include "mapper.h"
 #include "publish/graph_update.h"
+#include "publish/ground_publisher.h"
 #include "publish/health.h"
 #include "publish/messages.h"
 #include "stats.h"
@@ -14,7 +15,8 @@
 namespace hgg {
 
 /// Tells the sinks what the mapper does: the results of every frame, a status a second, the whole graph now and then
-/// for those who joined late, and a warning where something is wrong. What a sink makes of it is the sink's affair.
+/// for those who joined late, where the robot can walk at the configured rate, and a warning where something is wrong.
+/// What a sink makes of it is the sink's affair.
 class Publisher {
  public:
   using Clock = std::function<Micros()>;  // must not go back
@@ -26,6 +28,10 @@ class Publisher {
   FrameTiming publishFrame(const StepReport& report, FrameTiming timing);
   /// Publishes what is due by the clock; to be called several times a second, frames or not.
   void tick(const RunCounts& counts);
+  /// Carries out a command, or says why not; the answer comes when all of it is done.
+  void ask(const Command& command) { ground_.ask(command); }
+  /// Waits for what is being made, and sends it.
+  void settle() { ground_.settle(clock_()); }
 
  private:
   template <typename Message>
@@ -39,6 +45,7 @@ class Publisher {
   std::vector<Sink> sinks_;
   Clock clock_;
   MoveQueue moves_;
+  GroundPublisher ground_;
   LatestFrame latest_;
   std::set<std::string> told_;              // codes of the alarms there are
   CountsAt last_;                           // at the last status

@@ -1,6 +1,7 @@
 #include "traversability/columns.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 #include <tuple>
 
@@ -19,6 +20,8 @@ constexpr double kPlaneRatio = 2;
 constexpr double kMostDepth = 0.05;
 /// From farther off the upper side of a surface is no longer told from its lower one: errors of its normal. m
 constexpr double kFarthestLook = 15;
+/// Places nearer to each other see the same side. m
+constexpr double kEyesApart = 2;
 /// Half the height of a slab with the same standard deviation.
 constexpr double kSlab = 1.7320508;  // sqrt(3)
 /// Patches whose tops are this near to the highest make the surface together: what passes over the same ground differ
@@ -57,21 +60,21 @@ bool isGround(const LeafSheet& sheet, std::span<const Vec3> eyes) {
   return up.z() > std::cos(kSteepest) && isSeenFromAbove(sheet, up, eyes);
 }
 
-/// The keyframes that may have seen the node, map frame: those of its time that are near to it, and the one that it was
-/// made from.
-std::vector<Vec3> eyesOn(const Map& map, const MapNode& node) {
+/// Places that may have seen the node, map frame: the keyframe it was made from and those of its time that are near to
+/// it, no two of them close together.
+std::vector<Vec3> eyesOn(const std::vector<TimedPose>& keyframes, const MapNode& node) {
   std::vector<Vec3> eyes;
-  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  if (node.anchor >= 0 && static_cast<std::size_t>(node.anchor) < keyframes.size()) {
+    eyes.push_back(keyframes[static_cast<std::size_t>(node.anchor)].T_map_body.translation());
+  }
   const double reach = kFarthestLook + std::sqrt(node.belief.cov.trace());
-  for (auto pose = std::ranges::lower_bound(poses, node.first_us, {}, &TimedPose::utime_us);
-       pose != poses.end() && pose->utime_us <= node.last_us; ++pose) {
+  for (auto pose = std::ranges::lower_bound(keyframes, node.first_us, {}, &TimedPose::utime_us);
+       pose != keyframes.end() && pose->utime_us <= node.last_us; ++pose) {
     const Vec3 p = pose->T_map_body.translation();
-    if ((p - node.belief.mean).head<2>().norm() < reach) {
+    const auto is_close = [&](const Vec3& other) { return (other - p).squaredNorm() < square(kEyesApart); };
+    if ((p - node.belief.mean).head<2>().norm() < reach && std::ranges::none_of(eyes, is_close)) {
       eyes.push_back(p);
     }
-  }
-  if (node.anchor >= 0 && static_cast<std::size_t>(node.anchor) < poses.size()) {
-    eyes.push_back(poses[static_cast<std::size_t>(node.anchor)].T_map_body.translation());
   }
   return eyes;
 }
@@ -207,36 +210,64 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
 
 }  // namespace
 
-void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
-  const std::vector<Vec3> eyes = eyesOn(map, node);
+NodeView viewOf(const MapLeaves& map, const MapNode& node) {
+  NodeView view;
+  view.T_map_object = node.T_map_object;
+  view.eyes = eyesOn(map.keyframes, node);
+  view.views = static_cast<std::int32_t>(std::bit_floor(static_cast<std::uint32_t>(std::max(0, node.views))));
+  view.is_thing = !node.stuff;
+  return view;
+}
+
+PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view) {
+  const LeafSheet sheet = sheetOf(transform(view.T_map_object, unpackLeaf(leaf)));
+  return {sheet, view.views, isGround(sheet, view.eyes), view.is_thing};
+}
+
+bool mayTouch(const LeafSheet& sheet, const GridShape& shape) {
+  const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+  return low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
+         low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y;
+}
+
+void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets) {
+  const NodeView view = viewOf(map, node);
   for (const Leaf& leaf : leavesOf(node)) {
-    const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
-    const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
-    if (low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
-        low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y) {
-      sheets.push_back({sheet, node.views, isGround(sheet, eyes), !node.stuff});
+    if (const PlacedSheet placed = placeLeaf(leaf, view); mayTouch(placed.sheet, shape)) {
+      sheets.push_back(placed);
     }
   }
 }
 
-std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape) {
+void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+                   std::vector<SheetPatch>& patches) {
+  Raster raster;
+  if (raster.begin(placed.sheet, shape)) {
+    // What stands is as deep as its points lay off the sheet.
+    const Vec3 depth = placed.carries ? Vec3::Zero() : Vec3(depthOf(placed.sheet));
+    forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) {
+      raster.add(p, shape);
+      if (!placed.carries) {
+        raster.add(p - depth, shape), raster.add(p + depth, shape);
+      }
+    });
+    raster.flush(placed, index, shape, patches);
+  }
+}
+
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape,
+                                  const ShareDone& progress) {
   PointDensity density;
   for (const PlacedSheet& placed : sheets) {
     density.add(placed.sheet);
   }
   std::vector<SheetPatch> patches;
-  Raster raster;
   for (const PlacedSheet& placed : sheets) {
-    if (density.believes(placed.sheet) && raster.begin(placed.sheet, shape)) {
-      // What stands is as deep as its points lay off the sheet.
-      const Vec3 depth = placed.carries ? Vec3::Zero() : Vec3(depthOf(placed.sheet));
-      forEachSample(placed.sheet, shape.resolution / 2, [&](const Vec3& p) {
-        raster.add(p, shape);
-        if (!placed.carries) {
-          raster.add(p - depth, shape), raster.add(p + depth, shape);
-        }
-      });
-      raster.flush(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
+    if (density.believes(placed.sheet)) {
+      appendPatches(placed, static_cast<std::int32_t>(&placed - sheets.data()), shape, patches);
+    }
+    if (progress) {
+      progress(static_cast<double>(&placed - sheets.data() + 1) / static_cast<double>(sheets.size()));
     }
   }
   return patches;

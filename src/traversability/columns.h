@@ -1,13 +1,17 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <vector>
 
-#include "map/map.h"
 #include "traversability/grid_shape.h"
+#include "traversability/map_leaves.h"
 #include "traversability/sample.h"
 
 namespace hgg {
+
+/// Told how far the work is, 0..1.
+using ShareDone = std::function<void(double)>;
 
 /// What one leaf says of one column of a grid.
 struct SheetPatch {
@@ -39,6 +43,8 @@ struct Support {
   bool spans_hole = false;    // much of it lies deeper than a step below its top
   bool seen = true;           // false: filled in between what was seen
   bool is_thing = false;      // its densest leaf is part of an object, not of a tile of ground or wall
+
+  bool operator==(const Support&) const = default;
 };
 
 /// True for nodes that stand in the way or carry: those that more likely exist than not.
@@ -52,12 +58,33 @@ struct PlacedSheet {
   bool is_thing = false;
 };
 
-/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`. The node's anchor
-/// keyframe tells from which side they were seen.
-void appendSheets(const Map& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
+/// What the sheets of a node depend on beside its leaves.
+struct NodeView {
+  Pose T_map_object = Pose::Identity();
+  std::vector<Vec3> eyes;  // map frame: places that tell from which side the leaves were seen
+  std::int32_t views = 0;  // to a power of two: one more look at what was seen many times is no news
+  bool is_thing = false;
 
-/// The patches of the sheets, in their order.
-std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape);
+  bool operator==(const NodeView& other) const {
+    return T_map_object.matrix() == other.T_map_object.matrix() && eyes == other.eyes && views == other.views &&
+           is_thing == other.is_thing;
+  }
+};
+NodeView viewOf(const MapLeaves& map, const MapNode& node);
+PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view);
+/// False where the sheet has nothing to say of the grid.
+bool mayTouch(const LeafSheet& sheet, const GridShape& shape);
+
+/// The sheets of a node's leaves that may touch the grid, in their order; appended to `sheets`.
+void appendSheets(const MapLeaves& map, const MapNode& node, const GridShape& shape, std::vector<PlacedSheet>& sheets);
+
+/// The patches of one sheet, row by row; appended to `patches` with `index` as their sheet.
+void appendPatches(const PlacedSheet& placed, std::int32_t index, const GridShape& shape,
+                   std::vector<SheetPatch>& patches);
+
+/// The patches of the sheets that enough points speak for, in their order.
+std::vector<SheetPatch> patchesOf(std::span<const PlacedSheet> sheets, const GridShape& shape,
+                                  const ShareDone& progress = nullptr);
 
 /// What the rest of a column says of one of its patches.
 enum class Verdict : std::uint8_t {

@@ -1,13 +1,15 @@
 #include "traversability/cost_grid.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "core/units.h"
-#include "traversability/edges.h"
 #include "traversability/fill.h"
+#include "traversability/sight.h"
 #include "traversability/walked.h"
 
 namespace hgg {
@@ -61,6 +63,9 @@ double riseAlong(const CostGrid& grid, std::int32_t column, std::int32_t row, st
   return *middle;
 }
 
+/// Columns around one that its slope looks at: two beside it, and those of its neighbours.
+constexpr int kSlopeReach = 3;
+
 double slopeAt(const CostGrid& grid, std::int32_t column, std::int32_t row, float height) {
   return std::atan(
       std::hypot(riseAlong(grid, column, row, {1, 0}, height), riseAlong(grid, column, row, {0, 1}, height)));
@@ -100,9 +105,10 @@ constexpr int kOvershoot = 2;  // cells in which an edge is looked for whatever 
 /// nothing was seen; 0 when it goes on, or slopes no more than the robot can walk. An edge hides what lies right below
 /// it.
 double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, float height,
-                  const TraversabilityConfig& limits) {
-  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+                  const TraversabilityConfig& limits, Reach& reach) {
+  const double stride = grid.shape.resolution * strideOf(way);
   for (int k = 1; k * stride <= kBeyondEdge; ++k) {
+    reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
     if (!grid.shape.contains(c, r)) {
       return 0;
@@ -116,7 +122,9 @@ double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, s
     for (const Support& s : found) {
       fall = std::min(fall, std::max(0.0, static_cast<double>(height) - s.top));
     }
-    if (fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
+    // The first of the two is cheap and most often the last.
+    if (fall > limits.step_height &&
+        fall > limits.step_height + k * stride * std::tan(limits.max_slope_deg * kDegree)) {
       return fall;
     }
     if (k >= kOvershoot) {
@@ -141,16 +149,10 @@ std::uint8_t costOf(const Support& s, bool was_walked, const TraversabilityConfi
   return static_cast<std::uint8_t>(std::lround(kCostWorst * (hard + 2 * doubt) / 3));
 }
 
-/// What the judgement on a surface needs of the rest of the map.
-struct Surroundings {
-  Eyes eyes;
-  std::vector<std::uint8_t> edges;
-  WalkedWay walked;
-};
+}  // namespace
 
-/// Slope, step and cost of the surfaces of a column, out of all that is there.
-void judge(CostGrid& grid, const Surroundings& around, std::int32_t column, std::int32_t row,
-           const TraversabilityConfig& limits) {
+void judge(CostGrid& grid, const WalkedWay& walked, std::int32_t column, std::int32_t row,
+           const TraversabilityConfig& limits, Reach& reach) {
   const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
   for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
     Support& s = grid.supports[k];
@@ -159,21 +161,18 @@ void judge(CostGrid& grid, const Surroundings& around, std::int32_t column, std:
       for (std::int32_t c = column - 1; c <= column + 1; ++c) {
         if ((c != column || r != row) && grid.shape.contains(c, r)) {
           step = std::max({step, stepTo(grid.column(grid.shape.cell(c, r)), s, limits),
-                           dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits)});
+                           dropBeyond(grid, column, row, {c - column, r - row}, s.height, limits, reach)});
         }
       }
     }
     s.step = static_cast<float>(step);
+    reach.look(kSlopeReach);
     s.slope = static_cast<float>(slopeOf(grid, column, row, s.height, limits.max_slope_deg * kDegree));
-    const bool was_walked = wasWalkedOn(around.walked, grid, static_cast<std::int32_t>(cell), s);
-    s.cost = costOf(s, was_walked, limits);
-    if (isWalkable(s.cost) && !was_walked) {
-      s.cost = isAtEdge(grid, around.edges, column, row, s, limits)  ? kCostBlocked
-               : isHidden(grid, around.eyes, column, row, s, limits) ? kCostUnknown
-                                                                     : s.cost;
-    }
+    s.cost = costOf(s, wasWalkedOn(walked, grid, static_cast<std::int32_t>(cell), s), limits);
   }
 }
+
+namespace {
 
 /// Sorts patches by cell, in their order within one; returns where each cell begins, and the end.
 std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const GridShape& shape) {
@@ -193,8 +192,7 @@ std::vector<std::uint32_t> sortByCell(std::vector<SheetPatch>& patches, const Gr
   return begin;
 }
 
-/// The verdict on every patch. A leaf that is obsolete in half of its columns is so in all: what could be seen where it
-/// lies has been seen better, and the rest of it lies where nobody looked, as under a car.
+/// The verdict on every patch.
 std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const std::vector<std::uint32_t>& begin,
                                 std::size_t sheets) {
   std::vector<Verdict> verdicts(patches.size());
@@ -210,7 +208,7 @@ std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const st
   }
   for (std::size_t k = 0; k < patches.size(); ++k) {
     const auto sheet = static_cast<std::size_t>(patches[k].sheet);
-    if (2 * obsolete[sheet] >= columns[sheet]) {
+    if (isObsoleteInAll(obsolete[sheet], columns[sheet])) {
       verdicts[k] = Verdict::kObsolete;
     }
   }
@@ -218,8 +216,8 @@ std::vector<Verdict> verdictsOn(const std::vector<SheetPatch>& patches, const st
 }
 
 /// The surfaces of the columns out of the patches of so many sheets; the patches get sorted by cell.
-CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape,
-                       double step_height) {
+CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, const GridShape& shape, double step_height,
+                       const ShareDone& progress) {
   const std::vector<std::uint32_t> begin = sortByCell(patches, shape);
   const std::vector<Verdict> verdicts = verdictsOn(patches, begin, sheets);
   CostGrid grid{shape, {}, {}};
@@ -234,6 +232,9 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
       }
     }
     appendSurfaces(column, shape.resolution, step_height, grid.supports);
+    if (progress && (cell + 1) % static_cast<std::size_t>(shape.width) == 0) {
+      progress(static_cast<double>(cell + 1) / shape.cells());
+    }
   }
   grid.first.push_back(static_cast<std::uint32_t>(grid.supports.size()));
   return grid;
@@ -241,37 +242,41 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
 
 }  // namespace
 
-CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
+CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
+  // What each part of the work takes of it, measured on a street.
+  const auto part = [&](double from, double to) -> ShareDone {
+    return progress ? [&progress, from, to](double share) { progress(from + (to - from) * share); } : ShareDone();
+  };
   std::vector<PlacedSheet> sheets;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (isSolid(node)) {
       appendSheets(map, node, shape, sheets);
     }
   }
-  std::vector<SheetPatch> patches = patchesOf(sheets, shape);
-  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height);
+  std::vector<SheetPatch> patches = patchesOf(sheets, shape, part(0.05, 0.35));
+  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height, part(0.5, 0.6));
   sheets = {}, patches = {};
   joinRisers(grid, limits);
-  Surroundings around;
-  around.walked = walkedWayOf(map, grid, limits);
-  fillGaps(grid, around.walked, limits);
-  around.eyes = Eyes(map, shape);
-  around.edges = edgesOf(grid, around.eyes, limits);
+  const WalkedWay walked = walkedWayOf(map, grid, limits);
+  fillGaps(grid, walked, limits);
+  const ShareDone judged = part(0.65, 0.8);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     for (std::int32_t column = 0; column < shape.width; ++column) {
-      judge(grid, around, column, row, limits);
+      Reach reach;
+      judge(grid, walked, column, row, limits, reach);
     }
-    if (progress) {
-      progress(0.7 + 0.3 * (row + 1) / shape.height);
+    if (judged) {
+      judged((row + 1.0) / shape.height);
     }
   }
+  applySight(sightOn(grid, Eyes(map, shape), limits, part(0.8, 1)), walked, limits, grid);
   return grid;
 }
 
-std::optional<GridRegion> regionOf(const Map& map) {
+std::optional<GridRegion> regionOf(const MapLeaves& map) {
   Eigen::AlignedBox3d box;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (!isSolid(node)) {
       continue;
     }
@@ -286,9 +291,29 @@ std::optional<GridRegion> regionOf(const Map& map) {
   return GridRegion{box.min().x() - kMargin, box.min().y() - kMargin, box.max().x() + kMargin, box.max().y() + kMargin};
 }
 
-double groundHeight(const Map& map, const CostGrid& grid) {
+Result<GridRegion> regionWithin(const MapLeaves& map, const std::optional<GridRegion>& asked) {
+  const std::optional<GridRegion> all = regionOf(map);
+  if (!all) {
+    return Result<GridRegion>::fail("the map is empty");
+  }
+  if (!asked) {
+    return Result<GridRegion>::ok(*all);
+  }
+  if (const std::string why = whyNoRegion(*asked); !why.empty()) {
+    return Result<GridRegion>::fail(why);
+  }
+  if (asked->x_min > all->x_max || asked->x_max < all->x_min || asked->y_min > all->y_max ||
+      asked->y_max < all->y_min) {
+    return Result<GridRegion>::fail(
+        fmt::format("the region lies outside the map, which covers {:.1f},{:.1f},{:.1f},{:.1f}", all->x_min, all->y_min,
+                    all->x_max, all->y_max));
+  }
+  return Result<GridRegion>::ok(*asked);
+}
+
+double groundHeight(const MapLeaves& map, const CostGrid& grid) {
   std::vector<float> heights;
-  for (const TimedPose& pose : map.keyframes().poses()) {
+  for (const TimedPose& pose : map.keyframes) {
     const Vec3 p = pose.T_map_body.translation();
     const std::int32_t column = grid.shape.columnOf(p.x()), row = grid.shape.rowOf(p.y());
     if (!grid.shape.contains(column, row)) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -27,19 +26,44 @@ struct CostGrid {
   }
 };
 
-/// Told how far the work is, 0..1.
-using ShareDone = std::function<void(double)>;
+/// How far from a column its verdict looked along the rows, columns and diagonals through it, in cells: what is kept of
+/// a grid can so be told from what must be judged anew. Columns outside the grid count as looked at. A verdict looks
+/// nowhere else but at columns that are no more than kBeside away.
+class Reach {
+ public:
+  static constexpr int kBeside = 3;
+  void look(int cells) { cells_ = cells > cells_ ? cells : cells_; }
+  int cells() const { return cells_; }
+
+ private:
+  int cells_ = 0;
+};
 
 /// The grid of a region out of the leaves of the nodes that lie in it, which must be in memory. Free needs evidence:
 /// ground where no leaf is stays unknown but for narrow gaps between leaves that agree (traversability/fill.h).
-CostGrid buildCostGrid(const Map& map, const GridShape& shape, const TraversabilityConfig& limits,
+CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress = nullptr);
 
+/// A leaf that is obsolete in this many of its columns is so in all: what could be seen where it lies has been seen
+/// better, and the rest of it lies where nobody looked, as under a car.
+inline bool isObsoleteInAll(std::uint32_t obsolete, std::uint32_t columns) { return 2 * obsolete >= columns; }
+
+struct WalkedWay;
+
+/// Slope, step and cost of the surfaces of a column, out of all that is there. What was in sight comes after it
+/// (traversability/sight.h).
+void judge(CostGrid& grid, const WalkedWay& walked, std::int32_t column, std::int32_t row,
+           const TraversabilityConfig& limits, Reach& reach);
+
 /// The region that all solid nodes lie in; nothing when there are none.
-std::optional<GridRegion> regionOf(const Map& map);
+std::optional<GridRegion> regionOf(const MapLeaves& map);
+
+/// The region that was asked for, or the whole map where none was. An error where it is none or the map has nothing
+/// there.
+Result<GridRegion> regionWithin(const MapLeaves& map, const std::optional<GridRegion>& asked);
 
 /// Height of the ground that the robot walked on, m: the median of the surfaces under the keyframes, 0 when none is
 /// under any.
-double groundHeight(const Map& map, const CostGrid& grid);
+double groundHeight(const MapLeaves& map, const CostGrid& grid);
 
 }  // namespace hgg

@@ -62,41 +62,43 @@ bool endsThatWay(const CostGrid& grid, const Eyes& eyes, std::int32_t column, st
 
 }  // namespace
 
-std::vector<std::uint8_t> edgesOf(const CostGrid& grid, const Eyes& eyes, const TraversabilityConfig& limits) {
-  std::vector<std::uint8_t> edges(grid.supports.size(), 0);
-  for (std::int32_t row = 0; row < grid.shape.height; ++row) {
-    for (std::int32_t column = 0; column < grid.shape.width; ++column) {
-      const auto cell = static_cast<std::size_t>(grid.shape.cell(column, row));
-      for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
-        const Support& s = grid.supports[k];
-        const auto ends = [&](const std::pair<int, int>& way) {
-          return endsThatWay(grid, eyes, column, row, way, s, limits);
-        };
-        edges[k] = s.carries && s.seen && std::ranges::any_of(kWays, ends) ? 1 : 0;
-      }
-    }
-  }
-  return edges;
+bool endsInView(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+                const TraversabilityConfig& limits) {
+  return s.carries && s.seen && std::ranges::any_of(kWays, [&](const std::pair<int, int>& way) {
+           return endsThatWay(grid, eyes, column, row, way, s, limits);
+         });
 }
 
-bool isAtEdge(const CostGrid& grid, const std::vector<std::uint8_t>& edges, std::int32_t column, std::int32_t row,
-              const Support& s, const TraversabilityConfig& limits) {
-  const auto reach = static_cast<std::int32_t>(kOvershoot / grid.shape.resolution);
-  for (std::int32_t r = row - reach; r <= row + reach; ++r) {
-    for (std::int32_t c = column - reach; c <= column + reach; ++c) {
-      if (!grid.shape.contains(c, r)) {
+void blockBeforeEdges(const std::vector<std::uint8_t>& is_edge, const WalkedWay& walked,
+                      const TraversabilityConfig& limits, CostGrid& grid) {
+  const GridShape& shape = grid.shape;
+  const auto reach = static_cast<std::int32_t>(kOvershoot / shape.resolution);
+  const auto block = [&](std::int32_t cell, float height) {
+    for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
+         k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {
+      Support& s = grid.supports[k];
+      if (isWalkable(s.cost) && std::abs(s.height - height) <= limits.step_height &&
+          !wasWalkedOn(walked, grid, cell, s)) {
+        s.cost = kCostBlocked;
+      }
+    }
+  };
+  for (std::int32_t cell = 0; cell < shape.cells(); ++cell) {
+    for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
+         k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {
+      if (is_edge[k] == 0 && !grid.supports[k].spans_hole) {
         continue;
       }
-      const auto cell = static_cast<std::size_t>(grid.shape.cell(c, r));
-      for (std::size_t k = grid.first[cell]; k < grid.first[cell + 1]; ++k) {
-        const bool ends = edges[k] != 0 || grid.supports[k].spans_hole;
-        if (ends && std::abs(grid.supports[k].height - s.height) <= limits.step_height) {
-          return true;
+      const std::int32_t column = cell % shape.width, row = cell / shape.width;
+      for (std::int32_t r = row - reach; r <= row + reach; ++r) {
+        for (std::int32_t c = column - reach; c <= column + reach; ++c) {
+          if (shape.contains(c, r)) {
+            block(shape.cell(c, r), grid.supports[k].height);
+          }
         }
       }
     }
   }
-  return false;
 }
 
 }  // namespace hgg

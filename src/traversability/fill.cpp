@@ -29,9 +29,10 @@ bool hangs(const Support& s, double step_height) { return !s.carries && s.top - 
 
 /// The ground at the first column that way in which something stands or carries.
 Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair<int, int> way, bool was_walked,
-          double step_height) {
-  const double stride = grid.shape.resolution * std::hypot(way.first, way.second);
+          double step_height, Reach& reach) {
+  const double stride = grid.shape.resolution * strideOf(way);
   for (int k = 1; k * stride <= kFarthest; ++k) {
+    reach.look(k);
     const std::int32_t c = column + k * way.first, r = row + k * way.second;
     if (!grid.shape.contains(c, r)) {
       return {};
@@ -47,19 +48,27 @@ Side look(const CostGrid& grid, std::int32_t column, std::int32_t row, std::pair
   return {};
 }
 
-/// The surface between what is seen on both sides of a cell in which nothing stands or carries.
-std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::int32_t row, bool was_walked,
-                               const TraversabilityConfig& limits) {
-  const double steepest = std::tan(limits.max_slope_deg * kDegree);
+}  // namespace
+
+bool isOpen(std::span<const Support> column, const TraversabilityConfig& limits) {
+  return column.empty() || hangs(column.front(), limits.step_height);
+}
+
+std::optional<Support> fillColumn(const CostGrid& grid, const WalkedWay& walked, std::int32_t column, std::int32_t row,
+                                  const TraversabilityConfig& limits, Reach& reach) {
+  const std::int32_t cell = grid.shape.cell(column, row);
+  const bool was_walked = walked.isOn(cell);
   double low = std::numeric_limits<double>::infinity(), high = -low, sum = 0, roughness = 0;
   int lines = 0;
   for (std::size_t k = 0; k < kDirections.size(); k += 2) {
-    const Side a = look(grid, column, row, kDirections[k], was_walked, limits.step_height);
-    const Side b =
-        a.ground == nullptr ? Side{} : look(grid, column, row, kDirections[k + 1], was_walked, limits.step_height);
+    const Side a = look(grid, column, row, kDirections[k], was_walked, limits.step_height, reach);
+    const Side b = a.ground == nullptr
+                       ? Side{}
+                       : look(grid, column, row, kDirections[k + 1], was_walked, limits.step_height, reach);
     if (b.ground == nullptr) {
       continue;
     }
+    const double steepest = std::tan(limits.max_slope_deg * kDegree);
     const double gap = a.distance + b.distance, rise = std::abs(a.ground->height - b.ground->height);
     const double most = was_walked ? 2 * kFarthest : std::min(a.ground->reach, b.ground->reach);
     if (gap > most || rise > std::min(steepest * gap, limits.step_height)) {
@@ -72,7 +81,7 @@ std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::i
   if (lines < (was_walked ? 1 : 2) || high - low > limits.step_height / 2) {
     return std::nullopt;
   }
-  const std::span<const Support> above = grid.column(grid.shape.cell(column, row));
+  const std::span<const Support> above = grid.column(cell);
   Support s;
   s.height = s.bottom = s.top = static_cast<float>(sum / lines);
   s.roughness = static_cast<float>(roughness);
@@ -80,8 +89,6 @@ std::optional<Support> between(const CostGrid& grid, std::int32_t column, std::i
   s.seen = false;
   return s.clearance > limits.step_height ? std::optional(s) : std::nullopt;
 }
-
-}  // namespace
 
 void joinRisers(CostGrid& grid, const TraversabilityConfig& limits) {
   std::vector<std::pair<std::uint32_t, float>> joined;  // surface, confidence of the ground beside it
@@ -120,10 +127,10 @@ void fillGaps(CostGrid& grid, const WalkedWay& walked, const TraversabilityConfi
   for (std::int32_t row = 0; row < grid.shape.height; ++row) {
     for (std::int32_t column = 0; column < grid.shape.width; ++column) {
       filled.first.push_back(static_cast<std::uint32_t>(filled.supports.size()));
-      const std::int32_t cell = grid.shape.cell(column, row);
-      const std::span<const Support> seen = grid.column(cell);
-      if (seen.empty() || hangs(seen.front(), limits.step_height)) {
-        if (const std::optional<Support> s = between(grid, column, row, walked.isOn(cell), limits)) {
+      const std::span<const Support> seen = grid.column(grid.shape.cell(column, row));
+      if (isOpen(seen, limits)) {
+        Reach reach;
+        if (const std::optional<Support> s = fillColumn(grid, walked, column, row, limits, reach)) {
           filled.supports.push_back(*s);
         }
       }

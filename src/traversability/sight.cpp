@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "core/units.h"
+#include "traversability/edges.h"
 
 namespace hgg {
 namespace {
@@ -26,9 +27,9 @@ constexpr double kSlant = 0.25;
 constexpr double kTrunk = 0.6;
 
 /// The way of the sensor from keyframe to keyframe, map frame, with places in between.
-std::vector<Vec3> wayOf(const Map& map) {
+std::vector<Vec3> wayOf(const MapLeaves& map) {
   std::vector<Vec3> way;
-  for (const TimedPose& pose : map.keyframes().poses()) {
+  for (const TimedPose& pose : map.keyframes) {
     const Vec3 p = pose.T_map_body.translation();
     const Vec3 from = way.empty() ? p : way.back();
     const double stride = (p - from).norm();
@@ -43,7 +44,7 @@ std::vector<Vec3> wayOf(const Map& map) {
 
 }  // namespace
 
-Eyes::Eyes(const Map& map, const GridShape& shape) {
+Eyes::Eyes(const MapLeaves& map, const GridShape& shape) {
   for (const Vec3& p : wayOf(map)) {
     const double dx = std::max({shape.x - p.x(), p.x() - shape.x - shape.width * shape.resolution, 0.0});
     const double dy = std::max({shape.y - p.y(), p.y() - shape.y - shape.height * shape.resolution, 0.0});
@@ -111,6 +112,46 @@ bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::
   const Vec3 p(grid.shape.xOf(column), grid.shape.yOf(row), ground.height + kTrunk * limits.body_height);
   const std::span<const Vec3> around = eyes.around(column, row);
   return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(grid, p, p_eye); });
+}
+
+std::uint8_t sightOn(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+                     const TraversabilityConfig& limits) {
+  const bool is_edge = endsInView(grid, eyes, column, row, s, limits);
+  const bool is_hidden = isWalkable(s.cost) && isHidden(grid, eyes, column, row, s, limits);
+  return static_cast<std::uint8_t>((is_edge ? kEdge : 0) | (is_hidden ? kHidden : 0));
+}
+
+std::vector<std::uint8_t> sightOn(const CostGrid& grid, const Eyes& eyes, const TraversabilityConfig& limits,
+                                  const ShareDone& progress) {
+  std::vector<std::uint8_t> sight;
+  sight.reserve(grid.supports.size());
+  for (std::int32_t row = 0; row < grid.shape.height; ++row) {
+    for (std::int32_t column = 0; column < grid.shape.width; ++column) {
+      for (const Support& s : grid.column(grid.shape.cell(column, row))) {
+        sight.push_back(sightOn(grid, eyes, column, row, s, limits));
+      }
+    }
+    if (progress) {
+      progress((row + 1.0) / grid.shape.height);
+    }
+  }
+  return sight;
+}
+
+void applySight(const std::vector<std::uint8_t>& sight, const WalkedWay& walked, const TraversabilityConfig& limits,
+                CostGrid& grid) {
+  std::vector<std::uint8_t> is_edge(sight.size());
+  std::ranges::transform(sight, is_edge.begin(), [](std::uint8_t bits) { return bits & kEdge; });
+  blockBeforeEdges(is_edge, walked, limits, grid);
+  for (std::int32_t cell = 0; cell < grid.shape.cells(); ++cell) {
+    for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
+         k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {
+      Support& s = grid.supports[k];
+      if ((sight[k] & kHidden) != 0 && isWalkable(s.cost) && !wasWalkedOn(walked, grid, cell, s)) {
+        s.cost = kCostUnknown;
+      }
+    }
+  }
 }
 
 }  // namespace hgg

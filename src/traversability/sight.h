@@ -3,7 +3,6 @@
 #include <span>
 #include <vector>
 
-#include "map/map.h"
 #include "traversability/cost_grid.h"
 
 namespace hgg {
@@ -13,7 +12,7 @@ class Eyes {
  public:
   Eyes() = default;
   /// Those of the map's keyframes from which the grid may have been seen.
-  Eyes(const Map& map, const GridShape& shape);
+  Eyes(const MapLeaves& map, const GridShape& shape);
 
   bool empty() const { return all_.empty(); }
   /// Those around a cell, the nearest to its neighbourhood first, map frame.
@@ -37,5 +36,19 @@ bool isInSight(const CostGrid& grid, const Vec3& p_map, const Vec3& p_eye);
 /// were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car.
 bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& ground,
               const TraversabilityConfig& limits);
+
+/// What is known of a surface from the places the sensors looked from: bits.
+inline constexpr std::uint8_t kEdge = 1;    // it ends in view (traversability/edges.h)
+inline constexpr std::uint8_t kHidden = 2;  // isHidden; asked only of what is walkable by all else
+
+std::uint8_t sightOn(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+                     const TraversabilityConfig& limits);
+/// Of each surface of the grid.
+std::vector<std::uint8_t> sightOn(const CostGrid& grid, const Eyes& eyes, const TraversabilityConfig& limits,
+                                  const ShareDone& progress = nullptr);
+
+/// Blocks what lies before an edge and makes unknown what is hidden, but for where the robot walked.
+void applySight(const std::vector<std::uint8_t>& sight, const WalkedWay& walked, const TraversabilityConfig& limits,
+                CostGrid& grid);
 
 }  // namespace hgg

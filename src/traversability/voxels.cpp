@@ -17,8 +17,6 @@ constexpr float kLeastHit = 0.2F;
 constexpr std::size_t kEyes = 3;
 /// Most bricks, of 2 KiB each.
 constexpr std::size_t kMaxBricks = 1'000'000;
-/// Most samples that all leaves may ask for, some minutes of work.
-constexpr double kMaxSamples = 2e9;
 /// Rays end this far apart on a sheet: free space is wider than surfaces are thick. m
 constexpr double kRaySpacing = 0.4;
 /// A ray ends this many voxels before its sheet, which is as thick as its voxels.
@@ -35,6 +33,7 @@ bool isWithin(const VoxelOptions& options, const Vec3& p) {
 struct SeenSheet {
   LeafSheet sheet;
   std::uint32_t eyes = 0;  // index into the lists of eyes
+  ClassId label = 0;
 };
 
 struct Scene {
@@ -43,8 +42,8 @@ struct Scene {
 };
 
 /// The keyframe a node was made from, the one of its time nearest to it, and the last one of its time.
-std::vector<Vec3> eyesOf(const Map& map, const MapNode& node) {
-  const std::vector<TimedPose>& poses = map.keyframes().poses();
+std::vector<Vec3> eyesOf(const MapLeaves& map, const MapNode& node) {
+  const std::vector<TimedPose>& poses = map.keyframes;
   const auto first = std::ranges::lower_bound(poses, node.first_us, {}, &TimedPose::utime_us);
   const auto end = std::ranges::upper_bound(poses, node.last_us, {}, &TimedPose::utime_us);
   std::vector<Vec3> eyes;
@@ -66,10 +65,10 @@ std::vector<Vec3> eyesOf(const Map& map, const MapNode& node) {
   return eyes;
 }
 
-Scene sceneOf(const Map& map, const VoxelOptions& options) {
+Scene sceneOf(const MapLeaves& map, const VoxelOptions& options) {
   Scene scene;
   PointDensity density;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (!isSolid(node)) {
       continue;
     }
@@ -77,7 +76,7 @@ Scene sceneOf(const Map& map, const VoxelOptions& options) {
     for (const Leaf& leaf : leavesOf(node)) {
       const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
       density.add(sheet);
-      scene.sheets.push_back({sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1)});
+      scene.sheets.push_back({sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1), node.label});
     }
   }
   std::erase_if(scene.sheets, [&](const SeenSheet& s) {
@@ -89,14 +88,21 @@ Scene sceneOf(const Map& map, const VoxelOptions& options) {
   return scene;
 }
 
-void markHits(const LeafSheet& sheet, const VoxelOptions& options, VoxelGrid& grid) {
+void markHits(const SeenSheet& seen, const VoxelOptions& options, VoxelGrid& grid) {
+  const LeafSheet& sheet = seen.sheet;
   // Points in a voxel's share of the sheet; each is worth a hit.
   const double points = densityOf(sheet) * grid.resolution() * grid.resolution() / kFootArea;
   const float hit = std::clamp(kHit * static_cast<float>(points), kLeastHit, kMostOccupied);
   forEachSample(sheet, grid.resolution() / 2, [&](const Vec3& p) {
     if (isWithin(options, p)) {
-      float& log_odds = grid.at(grid.voxelOf(p));
-      log_odds = log_odds == VoxelGrid::kUnknown ? hit : std::max(log_odds, hit);
+      const Voxel v = grid.voxelOf(p);
+      float& log_odds = grid.at(v);
+      if (log_odds == VoxelGrid::kUnknown || log_odds < hit) {
+        log_odds = hit;
+        if (options.classes) {
+          grid.setLabel(v, seen.label);
+        }
+      }
     }
   });
 }
@@ -131,14 +137,24 @@ void castFree(const Vec3& eye, const Vec3& p, const VoxelOptions& options, Voxel
 
 }  // namespace
 
-float& VoxelGrid::at(const Voxel& v) {
+std::uint64_t VoxelGrid::keyOf(const Voxel& v) {
   std::uint64_t key = 0;
-  std::size_t inside = 0;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::int32_t brick = floorDiv(v[k]);
-    key = key << 21 | (static_cast<std::uint64_t>(brick + kVoxelOffset) & 0x1FFFFF);
-    inside = inside * kEdge + static_cast<std::size_t>(v[k] - brick * kEdge);
+  for (const std::int32_t index : v) {
+    key = key << 21 | (static_cast<std::uint64_t>(floorDiv(index) + kVoxelOffset) & 0x1FFFFF);
   }
+  return key;
+}
+
+std::size_t VoxelGrid::insideOf(const Voxel& v) {
+  std::size_t inside = 0;
+  for (const std::int32_t index : v) {
+    inside = inside * kEdge + static_cast<std::size_t>(index - floorDiv(index) * kEdge);
+  }
+  return inside;
+}
+
+float& VoxelGrid::at(const Voxel& v) {
+  const std::uint64_t key = keyOf(v);
   if (key != last_key_) {
     const auto [it, is_new] = bricks_.try_emplace(key);
     if (is_new) {
@@ -146,8 +162,15 @@ float& VoxelGrid::at(const Voxel& v) {
     }
     last_key_ = key, last_ = &it->second;
   }
-  return (*last_)[inside];
+  return (*last_)[insideOf(v)];
 }
+
+ClassId VoxelGrid::labelOf(const Voxel& v) const {
+  const auto it = labels_.find(keyOf(v));
+  return it == labels_.end() ? ClassId{0} : it->second[insideOf(v)];
+}
+
+void VoxelGrid::setLabel(const Voxel& v, ClassId label) { labels_[keyOf(v)][insideOf(v)] = label; }
 
 std::vector<std::uint64_t> VoxelGrid::sortedBricks() const {
   std::vector<std::uint64_t> keys;
@@ -159,7 +182,7 @@ std::vector<std::uint64_t> VoxelGrid::sortedBricks() const {
   return keys;
 }
 
-Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const ShareDone& progress) {
+Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, const ShareDone& progress) {
   using Voxels = Result<VoxelGrid>;
   if (!(options.resolution >= kMinResolution && options.resolution <= kMaxResolution)) {
     return Voxels::fail(
@@ -179,7 +202,7 @@ Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const Sh
                     "coarser resolution",
                     options.resolution));
   };
-  if (samples > kMaxSamples) {
+  if (samples > options.most_samples) {
     return too_fine();
   }
   VoxelGrid grid(options.resolution);
@@ -192,7 +215,7 @@ Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const Sh
     return grid.bricks() <= kMaxBricks;
   };
   for (const SeenSheet& s : scene.sheets) {
-    markHits(s.sheet, options, grid);
+    markHits(s, options, grid);
     if (!tell()) {
       return too_fine();
     }

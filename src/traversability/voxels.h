@@ -8,7 +8,6 @@
 #include <unordered_map>
 
 #include "core/result.h"
-#include "map/map.h"
 #include "traversability/cost_grid.h"
 
 namespace hgg {
@@ -34,6 +33,9 @@ class VoxelGrid {
   /// kUnknown where nothing was set.
   float& at(const Voxel& v);
   std::size_t bricks() const { return bricks_.size(); }
+  /// The class of what fills a voxel, where classes were asked for (VoxelOptions::classes); 0 else.
+  ClassId labelOf(const Voxel& v) const;
+  void setLabel(const Voxel& v, ClassId label);
   /// Calls visit(voxel, log_odds) for every voxel that is known, in ascending order of bricks and of voxels in them.
   template <typename Visit>
   void forEach(Visit visit) const;
@@ -41,8 +43,12 @@ class VoxelGrid {
  private:
   std::vector<std::uint64_t> sortedBricks() const;
 
+  static std::uint64_t keyOf(const Voxel& v);
+  static std::size_t insideOf(const Voxel& v);
+
   double resolution_;
   std::unordered_map<std::uint64_t, Brick> bricks_;
+  std::unordered_map<std::uint64_t, std::array<ClassId, std::tuple_size_v<Brick>>> labels_;
   std::uint64_t last_key_ = ~std::uint64_t{0};
   Brick* last_ = nullptr;  // rays and sheets stay in a brick for many voxels
 };
@@ -50,13 +56,15 @@ class VoxelGrid {
 struct VoxelOptions {
   double resolution = 0.1;                          // m
   std::optional<GridRegion> region = std::nullopt;  // all of the map
+  double most_samples = 2e9;                        // more are refused; these take some minutes
+  bool classes = false;                             // note which class fills a voxel
 };
 
 /// Occupancy out of the leaves: every sheet that enough points speak for is a hit in the voxels it runs through,
 /// weighted by its points; free space is cast from keyframes that observed a node to its sheets, and ends at the first
 /// surface on the way: a beam did not go through it. The leaves must be in memory. An error for a resolution out of
 /// range or more voxels than memory should hold.
-Result<VoxelGrid> voxelsOf(const Map& map, const VoxelOptions& options, const ShareDone& progress = nullptr);
+Result<VoxelGrid> voxelsOf(const MapLeaves& map, const VoxelOptions& options, const ShareDone& progress = nullptr);
 
 constexpr std::int32_t kVoxelOffset = 1 << 20;  // brick indices within +- this many, packed into 21 bits each
 

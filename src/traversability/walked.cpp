@@ -15,9 +15,9 @@ constexpr Micros kLongestPause = 5'000'000;  // us
 constexpr double kSag = 0.35;
 
 /// Height of the body above the ground: the median over the keyframes of the grid that have ground below them.
-std::optional<double> bodyAboveGround(const Map& map, const CostGrid& grid) {
+std::optional<double> bodyAboveGround(const MapLeaves& map, const CostGrid& grid) {
   std::vector<double> heights;
-  for (const TimedPose& pose : map.keyframes().poses()) {
+  for (const TimedPose& pose : map.keyframes) {
     const Vec3 p = pose.T_map_body.translation();
     const std::int32_t column = grid.shape.columnOf(p.x()), row = grid.shape.rowOf(p.y());
     if (!grid.shape.contains(column, row)) {
@@ -53,11 +53,11 @@ void markFootprint(const GridShape& shape, const Vec3& p_feet, double radius, Wa
 
 }  // namespace
 
-WalkedWay walkedWayOf(const Map& map, const CostGrid& grid, const TraversabilityConfig& limits) {
+WalkedWay walkedWayOf(const MapLeaves& map, const CostGrid& grid, const TraversabilityConfig& limits) {
   WalkedWay way{
       std::vector<float>(static_cast<std::size_t>(grid.shape.cells()), std::numeric_limits<float>::quiet_NaN())};
   const std::optional<double> above = bodyAboveGround(map, grid);
-  const std::vector<TimedPose>& poses = map.keyframes().poses();
+  const std::vector<TimedPose>& poses = map.keyframes;
   for (std::size_t k = 1; above && k < poses.size(); ++k) {
     const Vec3 from = poses[k - 1].T_map_body.translation(), to = poses[k].T_map_body.translation();
     const double stride = (to - from).norm();

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
 
-#include "map/map.h"
 #include "traversability/cost_grid.h"
 
 namespace hgg {
@@ -11,14 +11,12 @@ namespace hgg {
 struct WalkedWay {
   std::vector<float> height;  // m, map frame, about where its feet were; one a cell, NaN where it was not
 
-  bool isOn(std::int32_t cell) const {
-    return height[static_cast<std::size_t>(cell)] == height[static_cast<std::size_t>(cell)];
-  }
+  bool isOn(std::int32_t cell) const { return !std::isnan(height[static_cast<std::size_t>(cell)]); }
 };
 
 /// The columns of the grid within the footprint of the way. How high the body is above the ground is taken from the
 /// ground under the keyframes; where none was seen, nothing is known of the way.
-WalkedWay walkedWayOf(const Map& map, const CostGrid& grid, const TraversabilityConfig& limits);
+WalkedWay walkedWayOf(const MapLeaves& map, const CostGrid& grid, const TraversabilityConfig& limits);
 
 /// True when the robot stood on this surface of the column.
 bool wasWalkedOn(const WalkedWay& way, const CostGrid& grid, std::int32_t cell, const Support& s);

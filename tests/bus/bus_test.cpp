@@ -69,6 +69,25 @@ TEST(Bus, TheNewestCloudIsKeptAndTheOthersCounted) {
   EXPECT_EQ(newest, Message(1000, clouds - 1));
 }
 
+TEST(Bus, CommandsArriveInOrderAndNoMoreThanItCanHold) {
+  const auto bus = Bus::open(inProcess());
+  ASSERT_TRUE(bus) << bus.error;
+  for (std::uint8_t i = 0; i < 100; ++i) {
+    (*bus)->publish("HGG_COMMAND", Message(2000, i));
+  }
+  (*bus)->publish("POSE_ODOM", Message{1});
+  std::vector<Message> got;
+  for (const auto& inbox : takeUntil(**bus, {1})) {
+    for (const RawMessage& message : inbox.commands) {
+      got.push_back(message.bytes);
+    }
+  }
+  ASSERT_GE(got.size(), 64U);
+  for (std::uint8_t i = 0; i < 64; ++i) {
+    EXPECT_EQ(got[i], Message(1024, i)) << "no command is longer";
+  }
+}
+
 TEST(Bus, OverlongOdometryIsCut) {
   const auto bus = Bus::open(inProcess());
   ASSERT_TRUE(bus) << bus.error;

@@ -40,17 +40,28 @@ TEST(LcmSink, SendsEveryMessageOnItsChannel) {
   graph.revision = 8;
   Status status;
   status.frames = 9;
-  const std::vector<Message> expected{encodePose(7, T_map_body), encodeRigidTransform(7, T_map_odom),
-                                      encodeGraphUpdate(graph), encodeStatus(status)};
+  GroundGrid grid;
+  grid.width = grid.height = 1, grid.cost = {3};
+  const OctomapBytes octomap{10, "bytes"};
+  CommandReply reply;
+  reply.request_id = 11;
+  const std::vector<Message> expected{encodePose(7, T_map_body),          encodeRigidTransform(7, T_map_odom),
+                                      encodeGraphUpdate(graph),           encodeStatus(status),
+                                      encodeTraversability(grid).front(), encodeOctomap(octomap),
+                                      encodeCommandReply(reply)};
   // One channel at a time is the one that is heard.
   for (std::size_t heard = 0; heard < expected.size(); ++heard) {
     LcmConfig lcm;
-    std::string* channels[] = {&lcm.pose_map, &lcm.map_odom, &lcm.map_objects, &lcm.status};
+    std::string* channels[] = {&lcm.pose_map,           &lcm.map_odom, &lcm.map_objects,  &lcm.status,
+                               &lcm.map_traversability, &lcm.octomap,  &lcm.command_reply};
     *channels[heard] = lcm.odometry;
     const Sink sink = lcmSink(**bus, lcm);
     sink.pose({7, T_map_body, T_map_odom});
     sink.graph(graph);
     sink.status(status);
+    sink.ground(grid);
+    sink.octomap(octomap);
+    sink.reply(reply);
     EXPECT_EQ(takeOdometry(**bus, 1), std::vector<Message>{expected[heard]}) << heard;
     EXPECT_EQ(sink.take_unsent(), 0);
   }

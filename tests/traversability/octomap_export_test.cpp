@@ -1,10 +1,12 @@
 #include "traversability/octomap_export.h"
 
 #include <gtest/gtest.h>
+#include <octomap/ColorOcTree.h>
 #include <octomap/OcTree.h>
 
 #include <sstream>
 
+#include "map/export.h"
 #include "surfaces_world.h"
 
 namespace hgg::octomap_export_test {
@@ -77,6 +79,71 @@ TEST(OctomapExport, EqualMapsGiveEqualBytesAndTheFullTreeKeepsProbabilities) {
   const auto* full = dynamic_cast<octomap::OcTree*>(tree.get());
   ASSERT_NE(full, nullptr);
   EXPECT_GT(full->search(0.55, 0.05, 0.001)->getOccupancy(), 0.9);
+}
+
+TEST(OctomapExport, PartsLieSideBySideAndAreTheWhole) {
+  const Result<VoxelGrid> voxels = voxelsOf(floorAndWall().map(), {0.1, std::nullopt});
+  const octomap::OcTree whole = read(octomapBinary(*voxels), 0.1);
+  const std::vector<std::string> parts = octomapParts(*voxels, 600);
+  ASSERT_GT(parts.size(), 3U);
+  std::vector<octomap::OcTree> trees;
+  for (const std::string& part : parts) {
+    EXPECT_LE(part.size(), 600U);
+    trees.push_back(read(part, 0.1));
+  }
+  voxels->forEach([&](const Voxel& v, float) {
+    const Vec3 p = voxels->centreOf(v);
+    int found = 0;
+    for (const octomap::OcTree& tree : trees) {
+      if (stateAt(tree, p.x(), p.y(), p.z()) != State::kUnknown) {
+        ++found;
+        EXPECT_EQ(stateAt(tree, p.x(), p.y(), p.z()), stateAt(whole, p.x(), p.y(), p.z()));
+      }
+    }
+    EXPECT_EQ(found, 1);
+  });
+  EXPECT_EQ(octomapParts(*voxels, 1 << 20).size(), 1U);
+}
+
+TEST(OctomapExport, AColouredTreeHasTheColourOfTheClassAtEachOccupiedVoxel) {
+  SurfacesWorld world = floorAndWall();
+  Map map = world.map();
+  MapUpdate update;
+  MapNode wall = map.nodes().rbegin()->second;
+  wall.label = 50;
+  wall.classes = {};
+  addViews(wall.classes, {{50, 1000.0F}});
+  update.changed = {wall};
+  map.apply(std::move(update));
+  VoxelOptions options{0.1, std::nullopt};
+  options.classes = true;
+  const Result<VoxelGrid> voxels = voxelsOf(map, options);
+  ASSERT_TRUE(voxels) << voxels.error;
+  std::istringstream in(octomapColoured(*voxels));
+  const std::unique_ptr<octomap::AbstractOcTree> tree(octomap::AbstractOcTree::read(in));
+  auto* coloured = dynamic_cast<octomap::ColorOcTree*>(tree.get());
+  ASSERT_NE(coloured, nullptr);
+  const auto colourAt = [&](double x, double y, double z) {
+    const auto* node = coloured->search(x, y, z);
+    EXPECT_TRUE(node != nullptr && coloured->isNodeOccupied(node));
+    return node == nullptr ? octomap::ColorOcTreeNode::Color() : node->getColor();
+  };
+  const auto expected = [](ClassId label) {
+    const auto rgb = colourOf(label);
+    return octomap::ColorOcTreeNode::Color(rgb[0], rgb[1], rgb[2]);
+  };
+  for (const double v : {-1.55, -0.25, 0.55}) {
+    EXPECT_EQ(colourAt(v, 0.05, 0.001), expected(1));
+    EXPECT_EQ(colourAt(1.02, v, 0.75), expected(50));
+  }
+  std::size_t known = 0, occupied = 0;
+  voxels->forEach([&](const Voxel& v, float log_odds) {
+    const Vec3 p = voxels->centreOf(v);
+    const auto* node = coloured->search(p.x(), p.y(), p.z());
+    known += node != nullptr && node->getLogOdds() == log_odds ? 1 : 0;
+    occupied += 1;
+  });
+  EXPECT_EQ(known, occupied) << "pruning loses nothing";
 }
 
 TEST(OctomapExport, RefusesResolutionsThatAreNone) {

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "config.h"
+#include "publish/messages.h"
+#include "traversability/cost_grid.h"
+#include "traversability/leaf_copy.h"
+#include "traversability/live_grid.h"
+#include "traversability/voxels.h"
+
+namespace hgg {
+
+/// What to make, and of which state of the map.
+struct GroundJob {
+  LeafChanges changes;  // since the last job
+  Micros utime_us = 0;  // of the newest frame
+  std::int64_t revision = 0;
+  Vec3 p_map_body = Vec3::Zero();
+  bool wants_grid = false, wants_octomap = false;  // around the robot
+  std::vector<Command> commands;                   // PUBLISH_TRAVERSABILITY, PUBLISH_OCTOMAP
+};
+
+/// Makes grids and OctoMaps of a copy of the map and hands them to its sinks. Slow: for a thread of its own.
+class GroundMaker {
+ public:
+  using GridSink = std::function<void(const GroundGrid&)>;
+  using OctomapSink = std::function<void(const OctomapBytes&)>;
+
+  GroundMaker(const TraversabilityConfig& config, GridSink grid, OctomapSink octomap)
+      : config_(config), send_grid_(std::move(grid)), send_octomap_(std::move(octomap)), around_(config) {}
+
+  /// Returns the answers to the job's commands, in their order.
+  std::vector<CommandReply> carryOut(GroundJob job);
+
+ private:
+  void publishAround(const GroundJob& job);
+  CommandReply answer(const GroundJob& job, const Command& command);
+  /// What was sent, or an error.
+  Result<std::string> sendGrid(const GroundJob& job, const Command& command);
+  Result<std::string> sendOctomap(const GroundJob& job, const Command& command);
+  void send(const GroundJob& job, const CostGrid& grid, double reference_z);
+  /// Returns how many messages it took.
+  std::size_t send(const GroundJob& job, const VoxelGrid& voxels);
+
+  TraversabilityConfig config_;
+  GridSink send_grid_;
+  OctomapSink send_octomap_;
+  LeafCopy copy_;
+  LiveGrid around_;
+};
+
+}  // namespace hgg

@@ -1,0 +1,168 @@
+#include "publish/ground_publisher.h"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <utility>
+
+namespace hgg {
+namespace {
+
+/// Mapping goes first where there are fewer cores than threads.
+constexpr int kNice = 10;
+
+template <typename Message>
+auto toAll(const std::vector<Sink>& sinks, std::function<void(const Message&)> Sink::*channel) {
+  return [&sinks, channel](const Message& message) {
+    for (const Sink& sink : sinks) {
+      if (sink.*channel) {
+        (sink.*channel)(message);
+      }
+    }
+  };
+}
+
+}  // namespace
+
+GroundPublisher::GroundPublisher(const Mapper& mapper, std::vector<Sink> sinks)
+    : mapper_(mapper),
+      sinks_(std::move(sinks)),
+      has_grid_(std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.ground); })),
+      has_octomap_(std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.octomap); })),
+      maker_(mapper.config().traversability, toAll(sinks_, &Sink::ground), toAll(sinks_, &Sink::octomap)) {
+  if (has_grid_ || has_octomap_) {
+    thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  }
+}
+
+GroundPublisher::~GroundPublisher() = default;
+
+void GroundPublisher::work(const std::stop_token& stop) {
+  // Signals belong to the main thread.
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  std::unique_lock lock(mutex_);
+  while (wake_.wait(lock, stop, [this] { return job_.has_value(); })) {
+    GroundJob job = std::move(*job_);
+    job_.reset();
+    lock.unlock();
+    std::vector<CommandReply> replies = maker_.carryOut(std::move(job));
+    lock.lock();
+    replies_.insert(replies_.end(), std::move_iterator(replies.begin()), std::move_iterator(replies.end()));
+    is_busy_ = false;
+    wake_.notify_all();
+  }
+}
+
+void GroundPublisher::follow(const StepReport& report) {
+  if (!thread_.joinable()) {
+    return;
+  }
+  utime_us_ = report.utime_us;
+  p_map_body_ = report.T_map_body.translation();
+  has_news_ = true;
+  if (has_copy_) {
+    for (const auto* ids : {&report.delta.changed, &report.delta.moved, &report.delta.removed}) {
+      touched_.insert(touched_.end(), ids->begin(), ids->end());
+    }
+  }
+}
+
+void GroundPublisher::ask(const Command& command) {
+  CommandDesk::Admission admission = desk_.admit(command);
+  if (admission.is_accepted && !thread_.joinable()) {
+    desk_.answered(refusal(command, "nothing here can send it"));
+    admission = desk_.admit(command);
+  }
+  if (admission.is_accepted) {
+    commands_.push_back(command);
+  }
+  if (admission.reply) {
+    reply(*admission.reply);
+  }
+}
+
+void GroundPublisher::tick(Micros now_us) {
+  if (thread_.joinable()) {
+    sendReplies();
+    startDue(now_us);
+  }
+}
+
+void GroundPublisher::settle(Micros now_us) {
+  while (thread_.joinable()) {
+    {
+      std::unique_lock lock(mutex_);
+      wake_.wait(lock, [this] { return !is_busy_; });
+    }
+    sendReplies();
+    if (commands_.empty()) {
+      return;
+    }
+    startDue(now_us);
+  }
+}
+
+bool GroundPublisher::isDue(double rate, Micros& next_us, Micros now_us) const {
+  if (rate <= 0 || !has_news_ || now_us < next_us) {
+    return false;
+  }
+  next_us = now_us + static_cast<Micros>(1e6 / rate);
+  return true;
+}
+
+void GroundPublisher::startDue(Micros now_us) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (is_busy_) {
+      return;
+    }
+  }
+  const TraversabilityConfig& config = mapper_.config().traversability;
+  const bool wants_grid = has_grid_ && isDue(config.publish_rate, next_grid_us_, now_us);
+  const bool wants_octomap = has_octomap_ && isDue(config.octomap_rate, next_octomap_us_, now_us);
+  if (!wants_grid && !wants_octomap && commands_.empty()) {
+    return;
+  }
+  GroundJob job = nextJob();
+  job.wants_grid = wants_grid, job.wants_octomap = wants_octomap;
+  has_news_ = has_news_ && !wants_grid && !wants_octomap;
+  const std::lock_guard lock(mutex_);
+  job_ = std::move(job);
+  is_busy_ = true;
+  wake_.notify_all();
+}
+
+GroundJob GroundPublisher::nextJob() {
+  GroundJob job;
+  std::ranges::sort(touched_);
+  touched_.erase(std::unique(touched_.begin(), touched_.end()), touched_.end());
+  job.changes = has_copy_ ? changesOf(mapper_.map(), touched_) : allOf(mapper_.map());
+  has_copy_ = true;
+  touched_.clear();
+  job.utime_us = utime_us_;
+  job.revision = mapper_.map().revision();
+  job.p_map_body = p_map_body_;
+  job.commands = std::exchange(commands_, {});
+  return job;
+}
+
+void GroundPublisher::sendReplies() {
+  std::vector<CommandReply> replies;
+  {
+    const std::lock_guard lock(mutex_);
+    replies.swap(replies_);
+  }
+  for (const CommandReply& r : replies) {
+    desk_.answered(r);
+    reply(r);
+  }
+}
+
+void GroundPublisher::reply(const CommandReply& reply) const { toAll(sinks_, &Sink::reply)(reply); }
+
+}  // namespace hgg

@@ -1,0 +1,203 @@
+#include "traversability/held_sheets.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/units.h"
+#include "traversability/point_density.h"
+
+namespace hgg {
+namespace {
+
+/// Leaves of a node keep their order but for those that come and go: how far on a leaf is looked for.
+constexpr std::size_t kLookAhead = 32;
+
+bool isSame(const Leaf& a, const Leaf& b) { return std::memcmp(&a, &b, sizeof(Leaf)) == 0; }
+
+/// A box that the sheets of all leaves lie in, without placing them.
+Eigen::AlignedBox2d boxOf(const Leaves& leaves, const Pose& T_map_object) {
+  constexpr double kSquareOfReach = 9;  // sheets reach 2 sqrt(2) times the root of the trace at most
+  Eigen::AlignedBox2d box;
+  for (const Leaf& leaf : leaves) {
+    const Vec3 p = T_map_object * Eigen::Vector3f(leaf.mean.data()).cast<double>();
+    const double reach = std::sqrt(kSquareOfReach * (leaf.cov[0] + leaf.cov[1] + leaf.cov[2]));
+    box.extend(Eigen::Vector2d(p.head<2>().array() - reach));
+    box.extend(Eigen::Vector2d(p.head<2>().array() + reach));
+  }
+  return box;
+}
+
+Eigen::AlignedBox2d boxOf(const GridShape& window) {
+  return {Eigen::Vector2d(window.x, window.y),
+          Eigen::Vector2d(window.x + window.width * window.resolution, window.y + window.height * window.resolution)};
+}
+
+/// The cells under one sheet.
+GridShape shapeUnder(const LeafSheet& sheet, double resolution) {
+  const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+  GridShape shape;
+  shape.resolution = resolution;
+  const std::int32_t column = shape.columnOf(low.x()), row = shape.rowOf(low.y());
+  shape.width = shape.columnOf(high.x()) - column + 1, shape.height = shape.rowOf(high.y()) - row + 1;
+  shape.first_column = column, shape.first_row = row;
+  shape.x = column * resolution, shape.y = row * resolution;
+  return shape;
+}
+
+void sample(HeldSheet& sheet, double resolution, std::vector<SheetPatch>& scratch) {
+  const GridShape shape = shapeUnder(sheet.placed.sheet, resolution);
+  scratch.clear();
+  appendPatches(sheet.placed, 0, shape, scratch);
+  sheet.is_sampled = true;
+  sheet.patches.clear();
+  sheet.patches.reserve(scratch.size());
+  for (const SheetPatch& p : scratch) {
+    sheet.patches.push_back(
+        {shape.first_column + p.cell % shape.width, shape.first_row + p.cell / shape.width, p.bottom, p.top, p.height});
+  }
+  sheet.first_column = shape.first_column, sheet.last_column = shape.first_column + shape.width - 1;
+  sheet.first_row = shape.first_row, sheet.last_row = shape.first_row + shape.height - 1;
+  sheet.common = scratch.empty() ? SheetPatch{} : scratch.front();
+}
+
+}  // namespace
+
+ChangedColumns::ChangedColumns(const GridShape& window)
+    : window_(window),
+      blocks_wide_(window.width / kBlock + 1),
+      marks_(static_cast<std::size_t>(window.cells()), 0),
+      blocks_(static_cast<std::size_t>(blocks_wide_) * static_cast<std::size_t>(window.height / kBlock + 1), 0) {}
+
+void ChangedColumns::add(const HeldSheet& sheet) {
+  for (const HeldPatch& p : sheet.patches) {
+    if (cellOf(p) >= 0) {
+      add(p.column - window_.first_column, p.row - window_.first_row);
+    }
+  }
+}
+
+bool ChangedColumns::mayHave(const HeldSheet& sheet) const {
+  const std::int32_t left = std::max(0, sheet.first_column - window_.first_column) / kBlock;
+  const std::int32_t right = std::min(window_.width - 1, sheet.last_column - window_.first_column) / kBlock;
+  const std::int32_t low = std::max(0, sheet.first_row - window_.first_row) / kBlock;
+  const std::int32_t high = std::min(window_.height - 1, sheet.last_row - window_.first_row) / kBlock;
+  for (std::int32_t row = low; row <= high; ++row) {
+    for (std::int32_t column = left; column <= right; ++column) {
+      if (blocks_[blockOf(column * kBlock, row * kBlock)] != 0) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+void HeldSheets::update(const MapLeaves& map, ChangedColumns& changed) {
+  for (auto& [id, held] : nodes_) {
+    held.is_current = false;
+  }
+  for (const auto& [id, node] : map.nodes) {
+    if (isSolid(node)) {
+      follow(map, node, changed);
+    }
+  }
+  std::erase_if(nodes_, [&](const auto& entry) {
+    const HeldNode& held = entry.second;
+    for (const HeldSheet& sheet : held.sheets) {
+      if (!held.is_current && sheet.is_believed) {
+        changed.add(sheet);
+      }
+    }
+    return !held.is_current;
+  });
+  believe(changed);
+}
+
+void HeldSheets::follow(const MapLeaves& map, const MapNode& node, ChangedColumns& changed) {
+  const auto [it, is_new] = nodes_.try_emplace(node.id);
+  HeldNode& held = it->second;
+  const NodeView view = viewOf(map, node);
+  const bool is_same_view = !is_new && view == held.view;
+  const bool has_same_leaves = !is_new && &leavesOf(node) == &leavesOf(held.node);
+  held.is_current = true;
+  if (!is_same_view || !has_same_leaves) {
+    held.box = boxOf(leavesOf(node), view.T_map_object);
+  }
+  const bool is_near = held.box.intersects(boxOf(changed.window()));
+  const bool is_held = !held.sheets.empty();
+  held.node = node;  // which keeps its leaves where they are
+  held.view = view;
+  if (!is_near && is_held) {
+    place({}, is_same_view, held, changed);
+  }
+  if (is_near && (!is_held || !is_same_view || !has_same_leaves)) {
+    place(leavesOf(node), is_same_view, held, changed);
+  }
+}
+
+/// The sheets of the leaves, those of before where a leaf is as it was.
+void HeldSheets::place(std::span<const Leaf> leaves, bool is_same_view, HeldNode& held, ChangedColumns& changed) {
+  std::vector<HeldSheet> before = std::exchange(held.sheets, {});
+  held.sheets.reserve(leaves.size());
+  const auto drop = [&](const HeldSheet& sheet) {
+    if (sheet.is_believed) {
+      changed.add(sheet);
+    }
+  };
+  std::size_t next = 0;
+  for (const Leaf& leaf : leaves) {
+    std::size_t found = before.size();
+    for (std::size_t k = next; is_same_view && k < std::min(before.size(), next + kLookAhead); ++k) {
+      if (isSame(before[k].leaf, leaf)) {
+        found = k;
+        break;
+      }
+    }
+    if (found == before.size()) {
+      held.sheets.push_back({leaf, placeLeaf(leaf, held.view), {}, {}});
+      continue;
+    }
+    for (; next < found; ++next) {
+      drop(before[next]);
+    }
+    held.sheets.push_back(std::move(before[next++]));
+  }
+  for (; next < before.size(); ++next) {
+    drop(before[next]);
+  }
+}
+
+/// What is believed depends on what else lies around a sheet, and on the window where its density is taken.
+void HeldSheets::believe(ChangedColumns& changed) {
+  const GridShape& window = changed.window();
+  std::vector<HeldSheet*> touching;
+  PointDensity density;
+  for (auto& [id, held] : nodes_) {
+    for (HeldSheet& sheet : held.sheets) {
+      if (mayTouch(sheet.placed.sheet, window)) {
+        density.add(sheet.placed.sheet);
+        touching.push_back(&sheet);
+      } else if (sheet.is_believed) {
+        changed.add(sheet);
+        sheet.is_believed = false;
+      }
+    }
+  }
+  believed_.clear();
+  std::vector<SheetPatch> scratch;
+  for (HeldSheet* sheet : touching) {
+    const bool is_believed = density.believes(sheet->placed.sheet);
+    if (is_believed && !sheet->is_sampled) {
+      sample(*sheet, window.resolution, scratch);
+    }
+    if (is_believed != sheet->is_believed) {
+      changed.add(*sheet);
+      sheet->is_believed = is_believed;
+    }
+    if (is_believed) {
+      believed_.push_back(sheet);
+    }
+  }
+}
+
+}  // namespace hgg
