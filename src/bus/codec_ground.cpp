@@ -60,11 +60,19 @@ hgg::grid_layer_t layerOf(const std::string& name, const std::vector<T>& values)
   return layer;
 }
 
+/// To a thousandth (2^-10), so that what is below the grid's precision does not have to be packed; at more than 4096
+/// less fine. Infinite values and NaN stay what they are.
+float rounded(float value) {
+  constexpr float kUnit = 12288;  // 1.5 * 2^13: floats from here to twice as much are multiples of 2^-10
+  return (value + kUnit) - kUnit;
+}
+std::uint8_t rounded(std::uint8_t value) { return value; }
+
 template <typename T>
 std::vector<T> cut(const GroundGrid& grid, const std::vector<T>& values, const Window& window, std::int32_t levels) {
   std::vector<T> out;
   out.reserve(static_cast<std::size_t>(levels * window.width) * static_cast<std::size_t>(window.height));
-  forEachValue(grid, window, levels, [&](std::size_t k) { out.push_back(values[k]); });
+  forEachValue(grid, window, levels, [&](std::size_t k) { out.push_back(rounded(values[k])); });
   return out;
 }
 
@@ -111,8 +119,7 @@ void encodeParts(const GroundGrid& grid, const Window& w, std::size_t most_bytes
 
 std::vector<std::vector<std::uint8_t>> encodeTraversability(const GroundGrid& grid, std::size_t most_bytes) {
   std::vector<std::vector<std::uint8_t>> out;
-  // Windows that would not fit by far are not packed in vain: a value takes some 3 bytes once it is packed.
-  constexpr std::int32_t kWidest = 512;  // cells
+  constexpr std::int32_t kWidest = 256;  // cells; most such windows fit, so that few are packed in vain
   for (std::int32_t row = 0; row < grid.height; row += kWidest) {
     for (std::int32_t column = 0; column < grid.width; column += kWidest) {
       encodeParts(grid, {column, row, std::min(kWidest, grid.width - column), std::min(kWidest, grid.height - row)},

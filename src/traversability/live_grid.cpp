@@ -1,10 +1,12 @@
 #include "traversability/live_grid.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "traversability/fill.h"
+#include "traversability/sight.h"
 
 namespace hgg {
 namespace {
@@ -74,6 +76,27 @@ std::vector<std::uint8_t> distances(const GridShape& shape, const std::vector<st
   }
   return nearest;
 }
+
+/// The marks, and one on every column that is no farther from a mark than a verdict looks all around.
+std::vector<std::uint8_t> beside(const GridShape& shape, const std::vector<std::uint8_t>& marks) {
+  std::vector<std::uint8_t> wide(marks.size(), 0), out(marks.size(), 0);
+  const auto spread = [&](const std::vector<std::uint8_t>& from, std::pair<int, int> way,
+                          std::vector<std::uint8_t>& to) {
+    forEachCell(shape, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
+      for (int k = -Reach::kBeside; from[cell] != 0 && k <= Reach::kBeside; ++k) {
+        const std::int32_t c = column + k * way.first, r = row + k * way.second;
+        if (shape.contains(c, r)) {
+          to[static_cast<std::size_t>(shape.cell(c, r))] = 1;
+        }
+      }
+    });
+  };
+  spread(marks, {1, 0}, wide);
+  spread(wide, {0, 1}, out);
+  return out;
+}
+
+bool isSame(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
 bool isWithin(int distance, std::uint8_t reach) { return distance <= reach || reach == kFarthest; }
 
@@ -185,27 +208,34 @@ const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) 
   findObsolete(is_moved ? nullptr : &changed, freed);
   const Marked others{freed, gather(freed, sheets_.believed())};
   CostGrid seen = assemble(seen_, window, anew, others, sheets_.believed(), limits_.step_height);
+  CostGrid joined = seen;
+  joinRisers(joined, limits_);
+  WalkedWay walked = walkedWayOf(map, joined, limits_);
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(window.cells()), 0);
   work_ = {};
   forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
     const std::int32_t before = shift.cellBefore(column, row);
-    const bool is_new = changed.has(cell) || freed.has(cell);
-    work_.columns += is_new ? 1 : 0;
-    marks[cell] = before < 0 || (is_new && !std::ranges::equal(seen.column(static_cast<std::int32_t>(cell)),
-                                                               seen_.column(before)))
+    work_.columns += changed.has(cell) || freed.has(cell) ? 1 : 0;
+    marks[cell] = before < 0 ||
+                          !std::ranges::equal(joined.column(static_cast<std::int32_t>(cell)), joined_.column(before)) ||
+                          !isSame(walked.height[cell], walked_.height[static_cast<std::size_t>(before)])
                       ? 1
                       : 0;
   });
   const CostGrid before = std::exchange(grid_, {});
-  seen_ = std::move(seen);
-  fill(before, distances(window, marks, is_moved), marks);
-  judgeNear(before, distances(window, marks, is_moved));
-  return grid_;
+  seen_ = std::move(seen), joined_ = std::move(joined), walked_ = std::move(walked);
+  fill(before, distances(window, beside(window, marks), is_moved), marks);
+  judgeNear(before, distances(window, beside(window, marks), is_moved));
+  lookAgain(map, before, marks);
+  result_ = grid_;
+  applySight(sight_, walked_, limits_, result_);
+  return result_;
 }
 
 void LiveGrid::forget() {
   sheets_ = {};
-  seen_ = grid_ = CostGrid{{}, {0}, {}};
+  seen_ = joined_ = grid_ = CostGrid{{}, {0}, {}};
+  walked_ = {}, sight_.clear();
   fill_reach_.clear(), judge_reach_.clear();
 }
 
@@ -241,30 +271,32 @@ void LiveGrid::fill(const CostGrid& before, const std::vector<std::uint8_t>& nea
   grid_.supports.reserve(seen_.supports.size() + seen_.supports.size() / 8);
   forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
     grid_.first.push_back(static_cast<std::uint32_t>(grid_.supports.size()));
-    const std::span<const Support> seen = seen_.column(static_cast<std::int32_t>(cell));
-    grid_.supports.insert(grid_.supports.end(), seen.begin(), seen.end());
+    const std::span<const Support> seen = joined_.column(static_cast<std::int32_t>(cell));
     const std::int32_t old = shift.cellBefore(column, row);
-    if (!seen.empty()) {
-      return;
+    const std::span<const Support> was = old >= 0 ? before.column(old) : std::span<const Support>();
+    const bool was_filled = !was.empty() && !was.front().seen;
+    if (isOpen(seen, limits_)) {
+      if (old >= 0 && !isWithin(near[cell], reach_before[static_cast<std::size_t>(old)])) {
+        fill_reach_[cell] = reach_before[static_cast<std::size_t>(old)];
+        if (was_filled) {
+          grid_.supports.push_back(was.front());
+        }
+      } else {
+        Reach reach;
+        const std::optional<Support> filled = fillColumn(joined_, walked_, column, row, limits_, reach);
+        fill_reach_[cell] = reachOf(reach);
+        if (filled) {
+          grid_.supports.push_back(*filled);
+        }
+        // What was judged of it is no part of it.
+        if (was_filled != filled.has_value() ||
+            (filled && (was.front().height != filled->height || was.front().roughness != filled->roughness ||
+                        was.front().clearance != filled->clearance))) {
+          changed[cell] = 1;
+        }
+      }
     }
-    if (old >= 0 && !isWithin(near[cell], reach_before[static_cast<std::size_t>(old)])) {
-      fill_reach_[cell] = reach_before[static_cast<std::size_t>(old)];
-      const std::span<const Support> filled = before.column(old);
-      grid_.supports.insert(grid_.supports.end(), filled.begin(), filled.end());
-      return;
-    }
-    Reach reach;
-    const std::optional<Support> filled = fillColumn(seen_, column, row, limits_, reach);
-    fill_reach_[cell] = reachOf(reach);
-    if (filled) {
-      grid_.supports.push_back(*filled);
-    }
-    // What was judged of it is no part of it.
-    const bool was_filled = old >= 0 && before.column(old).size() == 1 && !before.column(old)[0].seen;
-    if (was_filled != filled.has_value() || (filled && before.column(old)[0].height != filled->height) ||
-        (filled && before.column(old)[0].roughness != filled->roughness)) {
-      changed[cell] = 1;
-    }
+    grid_.supports.insert(grid_.supports.end(), seen.begin(), seen.end());
   });
   grid_.first.push_back(static_cast<std::uint32_t>(grid_.supports.size()));
 }
@@ -281,13 +313,39 @@ void LiveGrid::judgeNear(const CostGrid& before, const std::vector<std::uint8_t>
     const std::int32_t old = shift.cellBefore(column, row);
     if (old < 0 || isWithin(near[cell], reach_before[static_cast<std::size_t>(old)])) {
       Reach reach;
-      judge(grid_, column, row, limits_, reach);
+      judge(grid_, walked_, column, row, limits_, reach);
       judge_reach_[cell] = reachOf(reach);
       ++work_.judged;
       return;
     }
     judge_reach_[cell] = reach_before[static_cast<std::size_t>(old)];
     std::ranges::copy(before.column(old), grid_.supports.begin() + grid_.first[cell]);
+  });
+}
+
+/// `changed`: columns whose surfaces are not what they were.
+void LiveGrid::lookAgain(const MapLeaves& map, const CostGrid& before, const std::vector<std::uint8_t>& changed) {
+  constexpr std::int32_t kBlock = 8;  // columns, its edge: blocks take turns
+  const GridShape& window = grid_.shape;
+  const Shift shift(before.shape, window);
+  const Eyes eyes(map, window);
+  const std::vector<std::uint8_t> sight_before = std::exchange(sight_, {});
+  sight_.resize(grid_.supports.size());
+  turn_ = (turn_ + 1) % kTurns;
+  forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
+    const std::int32_t old = shift.cellBefore(column, row);
+    const std::int32_t block = (window.first_column + column) / kBlock + 3 * ((window.first_row + row) / kBlock);
+    const bool is_its_turn = (block % kTurns + kTurns) % kTurns == turn_;
+    const bool is_new = old < 0 || changed[cell] != 0;
+    work_.looked_at += is_new || is_its_turn ? 1 : 0;
+    for (std::uint32_t k = grid_.first[cell], i = 0; k < grid_.first[cell + 1]; ++k, ++i) {
+      const std::size_t k_before = is_new ? 0 : before.first[static_cast<std::size_t>(old)] + i;
+      const bool is_asked_first =
+          !is_new && isWalkable(grid_.supports[k].cost) && !isWalkable(before.supports[k_before].cost);
+      sight_[k] = is_new || is_its_turn || is_asked_first
+                      ? sightOn(grid_, eyes, column, row, grid_.supports[k], limits_)
+                      : sight_before[k_before];
+    }
   });
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "traversability/columns.h"
+#include "traversability/obsolete.h"
 #include "traversability/point_density.h"
 
 namespace hgg {
@@ -19,6 +21,8 @@ constexpr std::size_t kEyes = 3;
 constexpr std::size_t kMaxBricks = 1'000'000;
 /// Rays end this far apart on a sheet: free space is wider than surfaces are thick. m
 constexpr double kRaySpacing = 0.4;
+/// Edge of the columns in which coarse leaves are held against finer ones. m
+constexpr double kLeastColumn = 0.2;
 /// A ray ends this many voxels before its sheet, which is as thick as its voxels.
 constexpr double kShortOf = 1;
 
@@ -68,23 +72,30 @@ std::vector<Vec3> eyesOf(const MapLeaves& map, const MapNode& node) {
 Scene sceneOf(const MapLeaves& map, const VoxelOptions& options) {
   Scene scene;
   PointDensity density;
+  std::vector<PlacedSheet> placed;
   for (const auto& [id, node] : map.nodes) {
     if (!isSolid(node)) {
       continue;
     }
     scene.eyes.push_back(eyesOf(map, node));
+    const NodeView view = viewOf(map, node);
     for (const Leaf& leaf : leavesOf(node)) {
-      const LeafSheet sheet = sheetOf(transform(node.T_map_object, unpackLeaf(leaf)));
-      density.add(sheet);
-      scene.sheets.push_back({sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1), node.label});
+      placed.push_back(placeLeaf(leaf, view));
+      density.add(placed.back().sheet);
+      scene.sheets.push_back({placed.back().sheet, static_cast<std::uint32_t>(scene.eyes.size() - 1), node.label});
     }
   }
-  std::erase_if(scene.sheets, [&](const SeenSheet& s) {
-    const Vec3 half = halfBox(s.sheet), low = s.sheet.centre - half, high = s.sheet.centre + half;
+  const auto is_out = [&](const LeafSheet& sheet) {
+    const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
     const std::optional<GridRegion>& r = options.region;
-    return !density.believes(s.sheet) ||
+    return !density.believes(sheet) ||
            (r && (low.x() >= r->x_max || high.x() < r->x_min || low.y() >= r->y_max || high.y() < r->y_min));
-  });
+  };
+  std::erase_if(scene.sheets, [&](const SeenSheet& s) { return is_out(s.sheet); });
+  std::erase_if(placed, [&](const PlacedSheet& p) { return is_out(p.sheet); });
+  const std::vector<bool> obsolete = obsoleteSheets(placed, std::max(kLeastColumn, options.resolution));
+  std::size_t k = 0;
+  std::erase_if(scene.sheets, [&](const SeenSheet&) { return obsolete[k++]; });
   return scene;
 }
 
@@ -108,7 +119,8 @@ void markHits(const SeenSheet& seen, const VoxelOptions& options, VoxelGrid& gri
 }
 
 /// Marks what lies between the eye and a sheet as free, from the eye on, up to the first surface (Amanatides and Woo's
-/// walk through a grid).
+/// walk through a grid). A hit that weighs less than a pass is no surface: between the few points of a distant sheet
+/// beams went through.
 void castFree(const Vec3& eye, const Vec3& p, const VoxelOptions& options, VoxelGrid& grid) {
   const Vec3 line = p - eye;
   const double length = line.norm(), r = grid.resolution();
@@ -124,10 +136,13 @@ void castFree(const Vec3& eye, const Vec3& p, const VoxelOptions& options, Voxel
     const Vec3 centre = grid.centreOf(v);
     if (isWithin(options, centre)) {
       float& log_odds = grid.at(v);
-      if (log_odds != VoxelGrid::kUnknown && log_odds > 0) {
+      if (log_odds == VoxelGrid::kUnknown) {
+        log_odds = kPass;
+      } else if (log_odds + kPass > 0) {
         return;
+      } else {
+        log_odds = std::max(kPass, log_odds + kPass);
       }
-      log_odds = kPass;
     }
     const std::size_t axis = next[0] < next[1] ? (next[0] < next[2] ? 0 : 2) : (next[1] < next[2] ? 1 : 2);
     at = next[axis];

@@ -13,6 +13,8 @@ constexpr double kLongestStride = 3;         // m
 constexpr Micros kLongestPause = 5'000'000;  // us
 /// The ground may lie off the straight line between keyframes by this much, at the foot of a ramp. m
 constexpr double kSag = 0.35;
+/// The body's height is no better known, and so stays the same while the map grows. m
+constexpr double kRounding = 0.05;
 
 /// Height of the body above the ground: the median over the keyframes of the grid that have ground below them.
 std::optional<double> bodyAboveGround(const MapLeaves& map, const CostGrid& grid) {
@@ -36,7 +38,7 @@ std::optional<double> bodyAboveGround(const MapLeaves& map, const CostGrid& grid
   }
   const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
   std::ranges::nth_element(heights, middle);
-  return *middle;
+  return kRounding * std::round(*middle / kRounding);
 }
 
 void markFootprint(const GridShape& shape, const Vec3& p_feet, double radius, WalkedWay& way) {

@@ -34,7 +34,7 @@ GroundGrid someGrid(std::int32_t width, std::int32_t height) {
     grid.cost[k] = static_cast<std::uint8_t>(random());
     grid.layers[0].values[k] = static_cast<float>(random() % 1000) * 0.01F;
   }
-  grid.cost[cells + 1] = 3, grid.layers[0].values[cells + 1] = 4;
+  grid.cost[cells + 1] = 3, grid.layers[0].values[cells + 1] = -std::numeric_limits<float>::infinity();
   return grid;
 }
 
@@ -46,7 +46,8 @@ std::vector<T> valuesOf(const hgg::grid_layer_t& layer) {
   return values;
 }
 
-bool isSame(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
+/// Values are sent to a thousandth.
+bool isSame(float a, float b) { return a == b || std::abs(a - b) <= 0.0005F || (std::isnan(a) && std::isnan(b)); }
 
 TEST(GroundCodec, PartsOfAGridLieSideBySideAndSayWhatTheWholeSays) {
   const GroundGrid grid = someGrid(70, 45);

@@ -61,6 +61,14 @@ TEST(OctomapExport, ARayDoesNotCarveThroughASurfaceThatIsKnown) {
   }
 }
 
+TEST(OctomapExport, ADistantLookGivesWayToFinerLeavesThatSayWhatIsThere) {
+  SurfacesWorld world = floorAndWall();
+  world.addFloor(-2, -2, 2, 2, 0.005, 3, 4);  // one leaf, which reaches behind the wall
+  const Result<VoxelGrid> with = voxelsOf(world.map(), {0.1, std::nullopt});
+  const Result<VoxelGrid> without = voxelsOf(floorAndWall().map(), {0.1, std::nullopt});
+  EXPECT_EQ(octomapBinary(*with), octomapBinary(*without));
+}
+
 TEST(OctomapExport, TheRegionBoundsIt) {
   const Result<VoxelGrid> voxels = voxelsOf(floorAndWall().map(), {0.1, GridRegion{-1, -1, 0, 1}});
   ASSERT_TRUE(voxels) << voxels.error;

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "traversability/columns.h"
+
+namespace hgg {
+
+/// Which of the sheets say nothing that others do not say better (Verdict::kObsolete in half of their columns): a flag
+/// for each. `cell`: edge of the columns, m.
+std::vector<bool> obsoleteSheets(std::span<const PlacedSheet> sheets, double cell);
+
+}  // namespace hgg
