@@ -84,7 +84,7 @@ class Raster {
  public:
   /// False when no column of the grid is under the sheet.
   bool begin(const LeafSheet& sheet, const GridShape& shape) {
-    const Vec3 half = halfBox(sheet) + Vec3::Constant(kSlab * std::min(sheet.thickness, kMostDepth));
+    const Vec3 half = halfDrawn(sheet);
     const Vec3 low = sheet.centre - half, high = sheet.centre + half;
     first_column_ = std::max(0, shape.columnOf(low.x())), first_row_ = std::max(0, shape.rowOf(low.y()));
     const int last_column = std::min(shape.width - 1, shape.columnOf(high.x()));
@@ -224,8 +224,12 @@ PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view) {
   return {sheet, view.views, isGround(sheet, view.eyes), view.is_thing};
 }
 
+Vec3 halfDrawn(const LeafSheet& sheet) {
+  return halfBox(sheet) + Vec3::Constant(kSlab * std::min(sheet.thickness, kMostDepth));
+}
+
 bool mayTouch(const LeafSheet& sheet, const GridShape& shape) {
-  const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+  const Vec3 half = halfDrawn(sheet), low = sheet.centre - half, high = sheet.centre + half;
   return low.x() < shape.x + shape.width * shape.resolution && high.x() > shape.x &&
          low.y() < shape.y + shape.height * shape.resolution && high.y() > shape.y;
 }

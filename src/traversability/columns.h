@@ -72,6 +72,8 @@ struct NodeView {
 };
 NodeView viewOf(const MapLeaves& map, const MapNode& node);
 PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view);
+/// Half the edges of the box around all that is drawn of a sheet, m: what stands has a depth.
+Vec3 halfDrawn(const LeafSheet& sheet);
 /// False where the sheet has nothing to say of the grid.
 bool mayTouch(const LeafSheet& sheet, const GridShape& shape);
 

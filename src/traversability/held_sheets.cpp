@@ -35,7 +35,7 @@ Eigen::AlignedBox2d boxOf(const GridShape& window) {
 
 /// The cells under one sheet.
 GridShape shapeUnder(const LeafSheet& sheet, double resolution) {
-  const Vec3 half = halfBox(sheet), low = sheet.centre - half, high = sheet.centre + half;
+  const Vec3 half = halfDrawn(sheet), low = sheet.centre - half, high = sheet.centre + half;
   GridShape shape;
   shape.resolution = resolution;
   const std::int32_t column = shape.columnOf(low.x()), row = shape.rowOf(low.y());

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <random>
 
 #include "surfaces_world.h"
@@ -11,14 +10,12 @@
 namespace hgg::live_grid_test {
 namespace {
 
-static_assert(sizeof(Support) == 44, "no padding: supports can be compared byte by byte");
-
 ::testing::AssertionResult areEqual(const CostGrid& a, const CostGrid& b) {
   if (a.first != b.first) {
     return ::testing::AssertionFailure() << "other columns have surfaces";
   }
   for (std::size_t k = 0; k < a.supports.size(); ++k) {
-    if (std::memcmp(&a.supports[k], &b.supports[k], sizeof(Support)) != 0) {
+    if (a.supports[k] != b.supports[k]) {
       const auto cell = std::upper_bound(a.first.begin(), a.first.end(), k) - a.first.begin() - 1;
       return ::testing::AssertionFailure()
              << "surface " << k << " at " << cell % a.shape.width << ", " << cell / a.shape.width << ": height "
@@ -131,7 +128,15 @@ class Changer {
   std::mt19937 random_;
 };
 
-TEST(LiveGrid, IsTheGridOfTheMapAfterAnyChangesAndMoves) {
+/// The grid after the map has rested.
+const CostGrid& rested(LiveGrid& live, const MapLeaves& map, const GridShape& window) {
+  for (int turn = 1; turn < LiveGrid::kTurns; ++turn) {
+    live.update(map, window);
+  }
+  return live.update(map, window);
+}
+
+TEST(LiveGrid, IsTheGridOfTheRestingMapAfterAnyChangesAndMoves) {
   for (const unsigned seed : {1U, 2U, 3U}) {
     Map map = someStreet();
     Changer changer(seed);
@@ -156,10 +161,17 @@ TEST(LiveGrid, IsTheGridOfTheMapAfterAnyChangesAndMoves) {
           *gridShape({robot.x() - half, robot.y() - half, robot.x() + half, robot.y() + half}, limits.resolution);
       const CostGrid expected = buildCostGrid(map, window, limits);
       ASSERT_GT(expected.supports.size(), 100U);
-      ASSERT_TRUE(areEqual(live.update(map, window), expected)) << "seed " << seed << ", round " << round;
+      live.update(map, window);
+      const bool rests = changer.below(2) == 0;  // else the next change finds it as it is
+      if (rests) {
+        ASSERT_TRUE(areEqual(rested(live, map, window), expected)) << "seed " << seed << ", round " << round;
+      }
       copy.apply(changesOf(map, touched));
       touched.clear();
-      ASSERT_TRUE(areEqual(of_copy.update(copy.leaves(), window), expected)) << "seed " << seed << ", round " << round;
+      of_copy.update(copy.leaves(), window);
+      if (rests) {
+        ASSERT_TRUE(areEqual(rested(of_copy, copy.leaves(), window), expected)) << "seed " << seed << ", " << round;
+      }
     }
   }
 }
@@ -182,11 +194,13 @@ TEST(LiveGrid, WorksOnNothingWhereNothingChangedAndNearAChangeOnly) {
   update.changed = {floor};
   map.apply(std::move(update));
   const CostGrid expected = buildCostGrid(map, window, limits);
-  EXPECT_TRUE(areEqual(live.update(map, window), expected));
+  live.update(map, window);
   EXPECT_GT(live.work().columns, 10U);
   EXPECT_LT(live.work().columns, 100U);
   EXPECT_GT(live.work().judged, 10U);
   EXPECT_LT(live.work().judged, static_cast<std::size_t>(window.cells()) / 4);
+  EXPECT_LT(live.work().looked_at, static_cast<std::size_t>(window.cells()) / 4);
+  EXPECT_TRUE(areEqual(rested(live, map, window), expected));
 }
 
 TEST(LiveGrid, AnotherResolutionBeginsAnew) {
