@@ -33,8 +33,9 @@ bool goesOn(std::span<const Support> column, const Support& s, const Traversabil
   });
 }
 
-bool endsThatWay(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, std::pair<int, int> way,
-                 const Support& s, const TraversabilityConfig& limits) {
+bool endsThatWay(const Sight& sight, std::int32_t column, std::int32_t row, std::pair<int, int> way, const Support& s,
+                 const TraversabilityConfig& limits) {
+  const CostGrid& grid = sight.grid();
   const GridShape& shape = grid.shape;
   const double stride = shape.resolution * std::hypot(way.first, way.second);
   const int count = static_cast<int>(std::ceil(std::max<double>(kStrip, s.reach) / stride));
@@ -49,23 +50,23 @@ bool endsThatWay(const CostGrid& grid, const Eyes& eyes, std::int32_t column, st
   }
   const Vec3 p(shape.xOf(column), shape.yOf(row), s.height + kAbove);
   const Vec3 beyond = p + shape.resolution * count * Vec3(way.first, way.second, 0);
-  return std::ranges::any_of(eyes.around(column, row), [&](const Vec3& p_eye) {
+  return std::ranges::any_of(sight.eyes().around(column, row), [&](const Vec3& p_eye) {
     // The eye looks over the edge, and flatly: what lies before it or is near may be in the dead angle below the
     // sensor.
     const Vec3 line = p - p_eye;
     const double distance = std::hypot(line.x(), line.y()), above = p_eye.z() - s.height;
     const double along = (line.x() * way.first + line.y() * way.second) / std::hypot(way.first, way.second);
     return above > 0 && distance > kFlatness * above && along > std::cos(kPi / 8) * distance &&
-           isInSight(grid, beyond, p_eye);
+           sight.isInSight(beyond, p_eye);
   });
 }
 
 }  // namespace
 
-bool endsInView(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+bool endsInView(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
                 const TraversabilityConfig& limits) {
   return s.carries && s.seen && std::ranges::any_of(kWays, [&](const std::pair<int, int>& way) {
-           return endsThatWay(grid, eyes, column, row, way, s, limits);
+           return endsThatWay(sight, column, row, way, s, limits);
          });
 }
 

@@ -328,7 +328,7 @@ void LiveGrid::lookAgain(const MapLeaves& map, const CostGrid& before, const std
   constexpr std::int32_t kBlock = 8;  // columns, its edge: blocks take turns
   const GridShape& window = grid_.shape;
   const Shift shift(before.shape, window);
-  const Eyes eyes(map, window);
+  const Sight sight(grid_, map);
   const std::vector<std::uint8_t> sight_before = std::exchange(sight_, {});
   sight_.resize(grid_.supports.size());
   turn_ = (turn_ + 1) % kTurns;
@@ -342,9 +342,8 @@ void LiveGrid::lookAgain(const MapLeaves& map, const CostGrid& before, const std
       const std::size_t k_before = is_new ? 0 : before.first[static_cast<std::size_t>(old)] + i;
       const bool is_asked_first =
           !is_new && isWalkable(grid_.supports[k].cost) && !isWalkable(before.supports[k_before].cost);
-      sight_[k] = is_new || is_its_turn || is_asked_first
-                      ? sightOn(grid_, eyes, column, row, grid_.supports[k], limits_)
-                      : sight_before[k_before];
+      sight_[k] = is_new || is_its_turn || is_asked_first ? sightOn(sight, column, row, grid_.supports[k], limits_)
+                                                          : sight_before[k_before];
     }
   });
 }

@@ -83,59 +83,76 @@ std::span<const Vec3> Eyes::around(std::int32_t column, std::int32_t row) const 
   return std::span(near_).subspan(b.begin, b.end - b.begin);
 }
 
-bool isInSight(const CostGrid& grid, const Vec3& p_map, const Vec3& p_eye) {
-  const GridShape& shape = grid.shape;
+Sight::Sight(const CostGrid& grid, const MapLeaves& map) : grid_(grid), eyes_(map, grid.shape) {
+  gaps_.resize(static_cast<std::size_t>(grid.shape.cells()));
+  for (std::int32_t cell = 0; cell < grid.shape.cells(); ++cell) {
+    const std::span<const Support> column = grid.column(cell);
+    Gap& gap = gaps_[static_cast<std::size_t>(cell)];
+    gap.low = column.empty() ? gap.low : column[0].top;
+    gap.high = column.size() < 2 ? gap.high : column[1].bottom;
+  }
+}
+
+bool Sight::isInSight(const Vec3& p_map, const Vec3& p_eye) const {
+  const GridShape& shape = grid_.shape;
   const Vec3 line = p_eye - p_map;
-  const double length = std::hypot(line.x(), line.y());
   // Half a cell at a time: no corner of a wall is jumped over.
-  const int steps = static_cast<int>(2 * length / shape.resolution);
-  const double half_rise = std::abs(line.z()) / (2.0 * std::max(steps, 1)) + kSlant * shape.resolution;
-  const std::int32_t own = shape.cell(shape.columnOf(p_map.x()), shape.rowOf(p_map.y()));
+  const int steps = static_cast<int>(2 * std::hypot(line.x(), line.y()) / shape.resolution);
+  const double rise = line.z() / std::max(steps, 1), half_rise = std::abs(rise) / 2 + kSlant * shape.resolution;
+  // In cells from the corner of the grid.
+  const double dx = line.x() / (std::max(steps, 1) * shape.resolution),
+               dy = line.y() / (std::max(steps, 1) * shape.resolution);
+  double x = p_map.x() / shape.resolution - shape.first_column, y = p_map.y() / shape.resolution - shape.first_row;
+  double z = p_map.z();
+  std::int32_t last = shape.cell(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
   for (int k = 1; k < steps; ++k) {
-    const Vec3 p = p_map + line * (static_cast<double>(k) / steps);
-    const std::int32_t column = shape.columnOf(p.x()), row = shape.rowOf(p.y());
-    if (!shape.contains(column, row)) {
+    x += dx, y += dy, z += rise;
+    if (x < 0 || y < 0 || x >= shape.width || y >= shape.height) {
       return true;
     }
-    const std::int32_t cell = shape.cell(column, row);
-    if (cell != own && std::ranges::any_of(grid.column(cell), [&](const Support& s) {
-          return s.bottom <= p.z() + half_rise && p.z() - half_rise <= s.top;
-        })) {
+    const std::int32_t cell = shape.cell(static_cast<std::int32_t>(x), static_cast<std::int32_t>(y));
+    const Gap& gap = gaps_[static_cast<std::size_t>(cell)];
+    if (cell == last || (z - half_rise > gap.low && z + half_rise < gap.high)) {
+      continue;
+    }
+    last = -1;
+    if (std::ranges::any_of(grid_.column(cell),
+                            [&](const Support& s) { return s.bottom <= z + half_rise && z - half_rise <= s.top; })) {
       return false;
     }
   }
   return true;
 }
 
-bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& ground,
-              const TraversabilityConfig& limits) {
-  const Vec3 p(grid.shape.xOf(column), grid.shape.yOf(row), ground.height + kTrunk * limits.body_height);
-  const std::span<const Vec3> around = eyes.around(column, row);
-  return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(grid, p, p_eye); });
+bool Sight::isHidden(std::int32_t column, std::int32_t row, const Support& ground,
+                     const TraversabilityConfig& limits) const {
+  const Vec3 p(grid_.shape.xOf(column), grid_.shape.yOf(row), ground.height + kTrunk * limits.body_height);
+  const std::span<const Vec3> around = eyes_.around(column, row);
+  return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(p, p_eye); });
 }
 
-std::uint8_t sightOn(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+std::uint8_t sightOn(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
                      const TraversabilityConfig& limits) {
-  const bool is_edge = endsInView(grid, eyes, column, row, s, limits);
-  const bool is_hidden = isWalkable(s.cost) && isHidden(grid, eyes, column, row, s, limits);
+  const bool is_edge = endsInView(sight, column, row, s, limits);
+  const bool is_hidden = isWalkable(s.cost) && sight.isHidden(column, row, s, limits);
   return static_cast<std::uint8_t>((is_edge ? kEdge : 0) | (is_hidden ? kHidden : 0));
 }
 
-std::vector<std::uint8_t> sightOn(const CostGrid& grid, const Eyes& eyes, const TraversabilityConfig& limits,
-                                  const ShareDone& progress) {
-  std::vector<std::uint8_t> sight;
-  sight.reserve(grid.supports.size());
+std::vector<std::uint8_t> sightOn(const Sight& sight, const TraversabilityConfig& limits, const ShareDone& progress) {
+  const CostGrid& grid = sight.grid();
+  std::vector<std::uint8_t> seen;
+  seen.reserve(grid.supports.size());
   for (std::int32_t row = 0; row < grid.shape.height; ++row) {
     for (std::int32_t column = 0; column < grid.shape.width; ++column) {
       for (const Support& s : grid.column(grid.shape.cell(column, row))) {
-        sight.push_back(sightOn(grid, eyes, column, row, s, limits));
+        seen.push_back(sightOn(sight, column, row, s, limits));
       }
     }
     if (progress) {
       progress((row + 1.0) / grid.shape.height);
     }
   }
-  return sight;
+  return seen;
 }
 
 void applySight(const std::vector<std::uint8_t>& sight, const WalkedWay& walked, const TraversabilityConfig& limits,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -28,23 +29,40 @@ class Eyes {
   std::int32_t blocks_wide_ = 0, cells_per_block_ = 1;
 };
 
-/// False when something solid of the grid stands on the line from `p_map`, a place in the grid, to `p_eye`. What lies
-/// outside the grid hides nothing.
-bool isInSight(const CostGrid& grid, const Vec3& p_map, const Vec3& p_eye);
+/// Lines of sight over a grid, which it keeps a reference to.
+class Sight {
+ public:
+  Sight(const CostGrid& grid, const MapLeaves& map);
+  Sight(CostGrid&&, const MapLeaves&) = delete;
 
-/// True when nobody could look into the space where a body would stand on this ground: inside a car, whose sides alone
-/// were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car.
-bool isHidden(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& ground,
-              const TraversabilityConfig& limits);
+  const CostGrid& grid() const { return grid_; }
+  const Eyes& eyes() const { return eyes_; }
+  /// False when something solid of the grid stands on the line from `p_map`, a place in the grid, to `p_eye`. What lies
+  /// outside the grid hides nothing.
+  bool isInSight(const Vec3& p_map, const Vec3& p_eye) const;
+  /// True when nobody could look into the space where a body would stand on this ground: inside a car, whose sides
+  /// alone were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car.
+  bool isHidden(std::int32_t column, std::int32_t row, const Support& ground, const TraversabilityConfig& limits) const;
+
+ private:
+  /// The free height above the lowest solid of a column: most lines pass there, and need not look any closer.
+  struct Gap {
+    float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();  // m, map frame
+  };
+
+  const CostGrid& grid_;
+  Eyes eyes_;
+  std::vector<Gap> gaps_;  // of each cell
+};
 
 /// What is known of a surface from the places the sensors looked from: bits.
 inline constexpr std::uint8_t kEdge = 1;    // it ends in view (traversability/edges.h)
-inline constexpr std::uint8_t kHidden = 2;  // isHidden; asked only of what is walkable by all else
+inline constexpr std::uint8_t kHidden = 2;  // Sight::isHidden; asked only of what is walkable by all else
 
-std::uint8_t sightOn(const CostGrid& grid, const Eyes& eyes, std::int32_t column, std::int32_t row, const Support& s,
+std::uint8_t sightOn(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
                      const TraversabilityConfig& limits);
 /// Of each surface of the grid.
-std::vector<std::uint8_t> sightOn(const CostGrid& grid, const Eyes& eyes, const TraversabilityConfig& limits,
+std::vector<std::uint8_t> sightOn(const Sight& sight, const TraversabilityConfig& limits,
                                   const ShareDone& progress = nullptr);
 
 /// Blocks what lies before an edge and makes unknown what is hidden, but for where the robot walked.
