@@ -270,7 +270,7 @@ CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const Trave
       judged((row + 1.0) / shape.height);
     }
   }
-  applySight(sightOn(Sight(grid, map), limits, part(0.8, 1)), walked, limits, grid);
+  applySight(sightOn(SightLines(grid, map), limits, part(0.8, 1)), walked, limits, grid);
   return grid;
 }
 

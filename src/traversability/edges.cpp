@@ -16,7 +16,7 @@ constexpr double kExpected = 5;
 constexpr double kStrip = 0.3;
 /// A leaf may end this far behind its last points. m
 constexpr double kOvershoot = 0.2;
-/// Sight of ground is sight of what is this high above it: a flat line would graze the ground itself. m
+/// SightLines of ground is sight of what is this high above it: a flat line would graze the ground itself. m
 constexpr double kAbove = 0.1;
 
 /// Ground this many times farther off than the eye is high is in view: 27 degrees below level; the lowest beams of
@@ -33,8 +33,8 @@ bool goesOn(std::span<const Support> column, const Support& s, const Traversabil
   });
 }
 
-bool endsThatWay(const Sight& sight, std::int32_t column, std::int32_t row, std::pair<int, int> way, const Support& s,
-                 const TraversabilityConfig& limits) {
+bool endsThatWay(const SightLines& sight, std::int32_t column, std::int32_t row, std::pair<int, int> way,
+                 const Support& s, const TraversabilityConfig& limits) {
   const CostGrid& grid = sight.grid();
   const GridShape& shape = grid.shape;
   const double stride = shape.resolution * std::hypot(way.first, way.second);
@@ -63,7 +63,7 @@ bool endsThatWay(const Sight& sight, std::int32_t column, std::int32_t row, std:
 
 }  // namespace
 
-bool endsInView(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
+bool endsInView(const SightLines& sight, std::int32_t column, std::int32_t row, const Support& s,
                 const TraversabilityConfig& limits) {
   return s.carries && s.seen && std::ranges::any_of(kWays, [&](const std::pair<int, int>& way) {
            return endsThatWay(sight, column, row, way, s, limits);

@@ -328,7 +328,7 @@ void LiveGrid::lookAgain(const MapLeaves& map, const CostGrid& before, const std
   constexpr std::int32_t kBlock = 8;  // columns, its edge: blocks take turns
   const GridShape& window = grid_.shape;
   const Shift shift(before.shape, window);
-  const Sight sight(grid_, map);
+  const SightLines sight(grid_, map);
   const std::vector<std::uint8_t> sight_before = std::exchange(sight_, {});
   sight_.resize(grid_.supports.size());
   turn_ = (turn_ + 1) % kTurns;

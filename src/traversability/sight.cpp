@@ -83,7 +83,7 @@ std::span<const Vec3> Eyes::around(std::int32_t column, std::int32_t row) const 
   return std::span(near_).subspan(b.begin, b.end - b.begin);
 }
 
-Sight::Sight(const CostGrid& grid, const MapLeaves& map) : grid_(grid), eyes_(map, grid.shape) {
+SightLines::SightLines(const CostGrid& grid, const MapLeaves& map) : grid_(grid), eyes_(map, grid.shape) {
   gaps_.resize(static_cast<std::size_t>(grid.shape.cells()));
   for (std::int32_t cell = 0; cell < grid.shape.cells(); ++cell) {
     const std::span<const Support> column = grid.column(cell);
@@ -93,7 +93,7 @@ Sight::Sight(const CostGrid& grid, const MapLeaves& map) : grid_(grid), eyes_(ma
   }
 }
 
-bool Sight::isInSight(const Vec3& p_map, const Vec3& p_eye) const {
+bool SightLines::isInSight(const Vec3& p_map, const Vec3& p_eye) const {
   const GridShape& shape = grid_.shape;
   const Vec3 line = p_eye - p_map;
   // Half a cell at a time: no corner of a wall is jumped over.
@@ -124,21 +124,22 @@ bool Sight::isInSight(const Vec3& p_map, const Vec3& p_eye) const {
   return true;
 }
 
-bool Sight::isHidden(std::int32_t column, std::int32_t row, const Support& ground,
-                     const TraversabilityConfig& limits) const {
+bool SightLines::isHidden(std::int32_t column, std::int32_t row, const Support& ground,
+                          const TraversabilityConfig& limits) const {
   const Vec3 p(grid_.shape.xOf(column), grid_.shape.yOf(row), ground.height + kTrunk * limits.body_height);
   const std::span<const Vec3> around = eyes_.around(column, row);
   return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(p, p_eye); });
 }
 
-std::uint8_t sightOn(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
+std::uint8_t sightOn(const SightLines& sight, std::int32_t column, std::int32_t row, const Support& s,
                      const TraversabilityConfig& limits) {
   const bool is_edge = endsInView(sight, column, row, s, limits);
   const bool is_hidden = isWalkable(s.cost) && sight.isHidden(column, row, s, limits);
   return static_cast<std::uint8_t>((is_edge ? kEdge : 0) | (is_hidden ? kHidden : 0));
 }
 
-std::vector<std::uint8_t> sightOn(const Sight& sight, const TraversabilityConfig& limits, const ShareDone& progress) {
+std::vector<std::uint8_t> sightOn(const SightLines& sight, const TraversabilityConfig& limits,
+                                  const ShareDone& progress) {
   const CostGrid& grid = sight.grid();
   std::vector<std::uint8_t> seen;
   seen.reserve(grid.supports.size());

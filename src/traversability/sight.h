@@ -30,10 +30,10 @@ class Eyes {
 };
 
 /// Lines of sight over a grid, which it keeps a reference to.
-class Sight {
+class SightLines {
  public:
-  Sight(const CostGrid& grid, const MapLeaves& map);
-  Sight(CostGrid&&, const MapLeaves&) = delete;
+  SightLines(const CostGrid& grid, const MapLeaves& map);
+  SightLines(CostGrid&&, const MapLeaves&) = delete;
 
   const CostGrid& grid() const { return grid_; }
   const Eyes& eyes() const { return eyes_; }
@@ -57,12 +57,12 @@ class Sight {
 
 /// What is known of a surface from the places the sensors looked from: bits.
 inline constexpr std::uint8_t kEdge = 1;    // it ends in view (traversability/edges.h)
-inline constexpr std::uint8_t kHidden = 2;  // Sight::isHidden; asked only of what is walkable by all else
+inline constexpr std::uint8_t kHidden = 2;  // SightLines::isHidden; asked only of what is walkable by all else
 
-std::uint8_t sightOn(const Sight& sight, std::int32_t column, std::int32_t row, const Support& s,
+std::uint8_t sightOn(const SightLines& sight, std::int32_t column, std::int32_t row, const Support& s,
                      const TraversabilityConfig& limits);
 /// Of each surface of the grid.
-std::vector<std::uint8_t> sightOn(const Sight& sight, const TraversabilityConfig& limits,
+std::vector<std::uint8_t> sightOn(const SightLines& sight, const TraversabilityConfig& limits,
                                   const ShareDone& progress = nullptr);
 
 /// Blocks what lies before an edge and makes unknown what is hidden, but for where the robot walked.
