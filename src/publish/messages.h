@@ -147,9 +147,9 @@ struct Sink {
   std::function<void(const Status&)> status;
   std::function<void(const std::string&)> warning;  // one line for whoever looks after the robot
   std::function<std::int64_t()> take_unsent;        // messages it could not deliver since it was last asked
-  std::function<void(const GroundGrid&)> ground;
-  std::function<void(const OctomapBytes&)> octomap;
-  std::function<void(const CommandReply&)> reply;
+  std::function<void(const GroundGrid&)> ground = nullptr;
+  std::function<void(const OctomapBytes&)> octomap = nullptr;
+  std::function<void(const CommandReply&)> reply = nullptr;
 };
 
 }  // namespace hgg

@@ -46,7 +46,7 @@ CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const Trave
 
 /// A leaf that is obsolete in this many of its columns is so in all: what could be seen where it lies has been seen
 /// better, and the rest of it lies where nobody looked, as under a car.
-inline bool isObsoleteInAll(std::uint32_t obsolete, std::uint32_t columns) { return 4 * obsolete >= columns; }
+inline bool isObsoleteInAll(std::uint32_t obsolete, std::uint32_t columns) { return 2 * obsolete >= columns; }
 
 struct WalkedWay;
 

@@ -7,7 +7,7 @@
 
 namespace hgg {
 
-/// Which of the sheets say nothing that others do not say better (Verdict::kObsolete in half of their columns): a flag
+/// Which of the sheets say nothing that others do not say better (isObsoleteInAll): a flag
 /// for each. `cell`: edge of the columns, m.
 std::vector<bool> obsoleteSheets(std::span<const PlacedSheet> sheets, double cell);
 
