@@ -199,7 +199,8 @@ void readClasses(ObjectReader& r, MapNode& node) {
   }
   const auto it = r.json().find("label_belief");
   const bool given = it != r.json().end() && it->is_object() && !it->empty();
-  for (const auto& [key, share] : given ? it->items() : Json::object().items()) {
+  const Json shares = given ? *it : Json::object();
+  for (const auto& [key, share] : shares.items()) {
     const bool fine = !key.empty() && key.size() <= 5 && std::ranges::all_of(key, ::isdigit) &&
                       std::stoi(key) < 65535 && share.is_number() && share.get<double>() >= 0 &&
                       share.get<double>() <= 1;
@@ -248,8 +249,8 @@ Result<MapNode> readObject(const Json& json, ClassNames& names, std::size_t numb
 Result<KeyframeGraph> readKeyframes(const Json& graph) {
   KeyframeGraph keyframes;
   constexpr double kSigma = 0.02, kTurn = 7e-4;  // m, rad: what alignment loses between keyframes (map/file_read.cpp)
-  const auto it = graph.find("keyframes");
-  for (const Json& json : it != graph.end() && it->is_array() ? *it : Json::array()) {
+  const Json list = graph.value("keyframes", Json::array());
+  for (const Json& json : list.is_array() ? list : Json::array()) {
     ObjectReader r(json);
     const std::vector<double> p = json.is_object() ? r.numbers("pose", 7) : std::vector<double>(7);
     const Eigen::Quaterniond q(p[6], p[3], p[4], p[5]);
