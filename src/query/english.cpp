@@ -196,7 +196,7 @@ const Row kRows[] = {
      "when|as you first walk in|into"},
     // The small words.
     {{kPronoun}, "it/they/them/itself/its/he/she/his/her/these/those"},
-    {{kAny}, "one/ones/object/item/thing/option/choice/items/objects/target/1/answer/things/this/that one/this one"},
+    {{kAny}, "one/ones/object/item/thing/option/choice/items/objects/target/1/answer/things/that one/this one"},
     {{kRobot}, "me/you/i/us/robot/myself/yourself/camera/viewer"},
     {{kRoom}, "room/rooms/space/scene/area/house/apartment/hallway/bedroom/bathroom/kitchen/office/classroom/building"},
     {{kDeterminer}, "the/a/an/my/your/our/their/each/every/any/another"},
@@ -206,7 +206,7 @@ const Row kRows[] = {
      "of/row of|with/"
      "line of/side/end/edge/section/portion/part/row/line/foot/head/one side of/left|right side of/far side|end "
      "of/half of/"
-     "surface of/base of/leg|legs of/arm|arms of/middle of/center|centre of/column of/facing side of/other side|end "
+     "surface of/base of/leg|legs of/arm|arms of/column of/facing side of/other side|end "
      "of/set/group/stack/pile"},
     {{kThat},
      "that/which/who/where/whose/that is/which is/that are/who is/located/positioned/situated/placed/found/and it "

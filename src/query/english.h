@@ -28,6 +28,7 @@ enum class CueKind : std::uint8_t {
   kDeterminer,
   kOther,
   kPart,  // "side", "edge": its owner is meant
+  kThis,  // the thing asked for
   kThat,  // begins what is said of the last thing
   kAnd,
   kPick,  // "choose": what follows is asked for

@@ -12,6 +12,8 @@ namespace {
 constexpr std::size_t kLongestNoun = 4;  // words
 /// How readily people use a word for a class, where nobody counted: the plural for the singular or the other way round,
 /// the general word for a special class ("chair" for "office chair"), a word with spelling mistakes.
+/// And a word that is the name of another class of the map: who named the classes tells the two apart.
+constexpr double kNameOfAnother = 0.1;
 constexpr double kOtherNumber = 0.8, kHeadOfName = 0.35, kRespelled = 0.8;
 /// A kind of the class ("spaniel" for "dog") and, a step farther up, each time less; and a word for a group of classes.
 constexpr double kKindOfClass = 0.7, kPerStep = 0.85, kGroupOfClasses = 0.5;
@@ -45,11 +47,15 @@ std::string wordnetForm(std::span<const std::string> words) {
 Lexicon::Lexicon(const std::map<ClassId, std::string>& class_names, const LexiconLayers& layers)
     : layers_(layers), names_(class_names) {
   for (const auto& [id, name] : class_names) {
+    own_names_.insert(joined(split(name)));
+  }
+  for (const auto& [id, name] : class_names) {
     addName(id, name, 1, layers.forms);
     if (layers.aliases != nullptr) {
       const auto aliases = layers.aliases->words.find(name);
       for (const Alias& alias : aliases != layers.aliases->words.end() ? aliases->second : std::vector<Alias>{}) {
-        addName(id, alias.words, alias.share, false);
+        const bool is_anothers = own_names_.contains(joined(split(alias.words)));
+        addName(id, alias.words, alias.share * (is_anothers ? kNameOfAnother : 1), false);
       }
     }
     if (layers.wordnet != nullptr) {
@@ -74,8 +80,9 @@ void Lexicon::addName(ClassId id, const std::string& words, double share, bool w
   raise(singularKey(parts), id, share * kOtherNumber);
   for (std::size_t k = 1; with_heads && k < parts.size(); ++k) {
     const std::vector<std::string> head(parts.begin() + static_cast<std::ptrdiff_t>(k), parts.end());
-    raise(joined(head), id, share * kHeadOfName);
-    raise(singularKey(head), id, share * kHeadOfName * kOtherNumber);
+    const double of_head = share * kHeadOfName * (own_names_.contains(joined(head)) ? kNameOfAnother : 1);
+    raise(joined(head), id, of_head);
+    raise(singularKey(head), id, of_head * kOtherNumber);
   }
 }
 

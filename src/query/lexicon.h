@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -54,6 +55,7 @@ class Lexicon {
   std::unordered_map<std::string, ClassFit> fits_;  // by words joined (words.h)
   std::vector<std::string> spellings_;              // of the keys that may be misspelled, sorted
   std::map<ClassId, std::string> names_;
+  std::set<std::string> own_names_;  // of all classes, joined
   std::map<ClassId, std::vector<Wordnet::Synset>> meanings_;
 };
 

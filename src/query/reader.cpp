@@ -217,6 +217,16 @@ void SentenceReader::anchorAt(int anchor) {
     }
     return;
   }
+  if (std::exchange(is_this_, false) && (request_.target == kNobody || owner == request_.target)) {
+    // "there is a painting above this cabinet": the cabinet is meant.
+    const int was = request_.target;
+    becomeTarget(anchor);
+    relation.relation = inverseOf(relation.relation), relation.anchors = {was};
+    if (was != kNobody) {
+      describe(anchor, std::move(relation));
+    }
+    return;
+  }
   relation.anchors.push_back(anchor);
   last_relation_ = relation, last_owner_ = owner;
   describe(owner, std::move(relation));
@@ -265,9 +275,11 @@ void SentenceReader::takeNoun(Phrase noun) {
     return;
   }
   if (open_) {
+    open_->is_negated = open_->is_negated != std::exchange(is_negated_, false);  // "with no person"
     anchorAt(addPhrase(std::move(noun)));
     return;
   }
+  is_this_ = false;
   if (conjoined && last_relation_ && !predicate && !noun.is_any &&
       !(target != kNobody && sameKind(noun, phrase(target)))) {
     const int k = addPhrase(std::move(noun));  // "between the bed and the desk", "near the bed and the desk"
@@ -305,8 +317,12 @@ void SentenceReader::takeNoun(Phrase noun) {
     const Piece* next = pieceAt(at_ + 1);
     const bool is_subject = first_of_clause && determined && next != nullptr && next->kind == Piece::Kind::kCue &&
                             next->cue.kind == CueKind::kIs;
+    const bool was_modifier = phrase(target).classes.empty() && !phrase(target).is_any &&
+                              phrase(target).constraints.empty() && !first_of_clause;
     const int k = addPhrase(std::move(noun));
-    if ((predicate || is_subject) && !phrase(k).classes.empty()) {
+    if (was_modifier) {  // "3 tier wall mounted bookshelf"
+      becomeTarget(k);
+    } else if ((predicate || is_subject) && !phrase(k).classes.empty()) {
       becomeTarget(k);
       mention(target);
       current_ = k;
@@ -326,12 +342,15 @@ void SentenceReader::takePronoun() {
       c.relation = inverseOf(c.relation), c.anchors = {open_owner_};
       std::vector<Constraint>& said = phrase(target).constraints;
       std::erase_if(said, [&](const Constraint& old) {
+        c.is_negated = c.is_negated || (old.is_negated && old.anchors == c.anchors);
         return old.kind == Constraint::Kind::kRelation && old.anchors == c.anchors &&
                (old.relation == Relation::kWith || old.relation == Relation::kNear);
       });
       said.push_back(std::move(c));
     } else if (current_ != kNobody && current_ != open_owner_) {
       anchorAt(current_);
+    } else if (request_.view && request_.view->phrase >= 0 && request_.view->phrase != open_owner_) {
+      anchorAt(request_.view->phrase);  // "facing the copier, the table on the left of it"
     } else {
       open_.reset();
     }
@@ -405,8 +424,9 @@ void SentenceReader::takeCue(const Piece& piece) {
     case CueKind::kAny:
     case CueKind::kRobot:
     case CueKind::kRoom: {
-      if (cue.kind == CueKind::kRobot && !open_) {
-        break;  // "you want the ..."
+      if ((cue.kind == CueKind::kRobot && !open_) ||              // "you want the ..."
+          (cue.kind == CueKind::kRoom && beginsNoun(at_ + 1))) {  // "the bathroom door"
+        break;
       }
       Phrase p;
       p.words = piece.words, p.is_any = cue.kind == CueKind::kAny;
@@ -416,6 +436,13 @@ void SentenceReader::takeCue(const Piece& piece) {
     }
     case CueKind::kDeterminer:
       had_determiner_ = true;
+      break;
+    case CueKind::kThis:
+      is_this_ = pieceAt(at_ + 1) != nullptr &&
+                 !(pieceAt(at_ + 1)->kind == Piece::Kind::kCue && pieceAt(at_ + 1)->cue.kind == CueKind::kIs);
+      if (!is_this_) {
+        takePronoun();
+      }
       break;
     case CueKind::kOther:
       is_other_ = true;
@@ -474,10 +501,13 @@ void SentenceReader::finish() {
   }
   Phrase& target = phrase(request_.target);
   if (target.is_any) {  // "on the desk with three monitors, it is the one in the middle"
+    const bool in_view = request_.view && request_.view->phrase >= 0;
+    const Phrase* model = in_view ? &phrase(request_.view->phrase) : nullptr;
     for (const Phrase& p : phrases) {
-      if (p.count > 1 && !p.classes.empty()) {
-        target.classes = p.classes, target.words = p.words, target.is_any = false;
-      }
+      model = p.count > 1 && !p.classes.empty() ? &p : model;
+    }
+    if (model != nullptr && !model->classes.empty()) {
+      target.classes = model->classes, target.words = model->words, target.is_any = false;
     }
   }
 }

@@ -67,7 +67,7 @@ class SentenceReader {
   std::optional<View::Kind> open_view_;
   int count_ = 0, rank_ = 0;
   bool is_negated_ = false, negates_clause_ = false, after_break_ = true, after_and_ = false, is_other_ = false;
-  bool had_determiner_ = false, is_predicate_ = false, in_view_ = false;
+  bool had_determiner_ = false, is_this_ = false, is_predicate_ = false, in_view_ = false;
   std::optional<Constraint> last_relation_;
   int last_owner_ = kNobody;
 };

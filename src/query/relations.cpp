@@ -8,7 +8,7 @@ namespace {
 
 // Scales by hand, from how things of a room lie to each other; powers on the tuning part of the language scans
 // (docs/language.md).
-constexpr double kNearScale = 0.4, kNearPower = 3;         // m
+constexpr double kNearScale = 0.4, kNearPower = 5;         // m
 constexpr double kClosestScale = 0.25, kClosestPower = 7;  // m
 constexpr double kFarPower = 8;
 constexpr double kTouch = 0.1;         // m: boxes of things that touch are so far apart at most
