@@ -13,7 +13,7 @@ namespace {
 
 /// That a text means something else than it was taken to mean: at the least, and for each word that was not understood.
 /// Fitted to the tuning part of the language scans (docs/language.md).
-constexpr double kMisread = 0.03, kMisreadPerWord = 0.04;
+constexpr double kMisread = 0.01, kMisreadPerWord = 0.04;
 /// The second is within noise of the first when it is at least this likely next to it.
 constexpr double kAmbiguousRatio = 0.6;
 

@@ -17,6 +17,8 @@ namespace {
 constexpr double kLeastAnchor = 0.02;
 /// Peers: those whose class fits nearly as well as the best one's, in nats.
 constexpr double kPeerSlack = 1.2;
+/// How much of what the scene says of the classes that a word may mean is left out: 0 none, 1 all.
+constexpr double kWordOverScene = 0.85;
 /// How sure people are to mean a front as it is taken here, and not another side.
 constexpr double kOwnFront = 0.8;
 
@@ -114,9 +116,22 @@ class Grounder {
         sum[i] += said.weight * std::log(std::max(l, 1e-9));
       }
     }
+    settleClasses(field, sum);
     field.log_p = std::move(sum);
     busy_[static_cast<std::size_t>(k)] = false;
     return field;
+  }
+
+  /// Which class a word means is settled by the word more than by what is said of the thing: that no backpack is near
+  /// makes the bag that is near a backpack only so far.
+  void settleClasses(const Field& before, std::vector<double>& after) const {
+    std::map<ClassId, std::vector<double>> said;
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      said[thing(before.things[i]).label].push_back(after[i] - before.log_p[i]);
+    }
+    for (std::size_t i = 0; i < after.size(); ++i) {
+      after[i] -= kWordOverScene * logSumExp(said[thing(before.things[i]).label]);
+    }
   }
 
   const std::vector<Referent>& anchorsOf(int k) {
@@ -161,8 +176,11 @@ class Grounder {
 
   std::vector<double> likelihoodsToAnchors(const Constraint& said, const Field& field,
                                            const std::vector<Referent>& anchors) {
-    std::vector<double> sum(field.things.size(), 0.0);
+    std::map<ClassId, std::pair<double, std::vector<double>>> of_class;  // the anchor's: its probability, and the sum
     for (const Referent& anchor : anchors) {
+      auto& [probability, sum] = of_class[thing(anchor.thing).label];
+      sum.resize(field.things.size());
+      probability += anchor.probability;
       const std::vector<Gaze> gazes = gazesAtAnchor(said.relation, thing(anchor.thing), field.things);
       for (std::size_t i = 0; i < sum.size(); ++i) {
         if (field.things[i] != anchor.thing) {
@@ -171,7 +189,14 @@ class Grounder {
         }
       }
     }
-    return sum;
+    std::vector<double> all(field.things.size(), 0.0);
+    for (const auto& [label, of] : of_class) {
+      const double most = of.second.empty() ? 1 : std::max(std::ranges::max(of.second), 1e-12);
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        all[i] += of.second[i] * of.first / most;
+      }
+    }
+    return all;
   }
 
   static double likelihoodOf(Relation relation, const SceneThing& t, const SceneThing& anchor,

@@ -105,7 +105,8 @@ ClassFit Lexicon::classesOf(std::span<const std::string> phrase) const {
   if (const ClassFit* singular = layers_.forms ? find(singularKey(words)) : nullptr) {
     for (const auto& [id, share] : *singular) {
       double& known = fit[id];
-      known = std::max(known, share * (joined(words) == singularKey(words) ? 1 : kOtherNumber));
+      const double of_form = own_names_.contains(joined(words)) ? kNameOfAnother : kOtherNumber;
+      known = std::max(known, share * (joined(words) == singularKey(words) ? 1 : of_form));
     }
   }
   return fit;

@@ -8,9 +8,9 @@ namespace {
 
 // Scales by hand, from how things of a room lie to each other; powers on the tuning part of the language scans
 // (docs/language.md).
-constexpr double kNearScale = 0.4, kNearPower = 5;         // m
-constexpr double kClosestScale = 0.25, kClosestPower = 7;  // m
-constexpr double kFarPower = 8;
+constexpr double kNearScale = 0.4, kNearPower = 7;         // m
+constexpr double kClosestScale = 0.25, kClosestPower = 9;  // m
+constexpr double kFarPower = 11;
 constexpr double kTouch = 0.1;         // m: boxes of things that touch are so far apart at most
 constexpr double kHeightNoise = 0.12;  // m: boxes have headboards and backrests
 constexpr double kReach = 0.35;        // m: above, below and on are said of what is so far to the side, at most

@@ -85,7 +85,7 @@ def main():
                         "r3": round(sum(r[3] in r[2][:3] for r in rows) / len(rows), 4),
                         "ece": round(calibration_error(pairs), 4)}
         print(f"{name:32} n {len(rows):5}  R@1 {100 * report[name]['r1']:5.1f} %  R@3 {100 * report[name]['r3']:5.1f} %  "
-              f"ECE {report[name]['ece']:.3f}")
+              f"ECE {report[name]['ece']:.3f}  mean confidence {sum(p[0] for p in pairs) / len(pairs):.3f}")
     for name in ("nr3d", "sr3d"):
         report[name]["risk_coverage"] = risk_coverage([(r[0], r[1]) for r in groups[name]])
     everything = [(r[0], r[1]) for name in ("nr3d", "sr3d") for r in groups[name]]
