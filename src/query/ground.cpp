@@ -99,38 +99,55 @@ class Grounder {
     return peers;
   }
 
+  /// First, last and largest are said among those that all else fits, and so come second.
+  static bool comparesPeers(const Constraint& c) {
+    const bool telling = c.relation == Relation::kClosest || c.relation == Relation::kFar;
+    return c.kind == Constraint::Kind::kPlace || c.kind == Constraint::Kind::kMeasure ||
+           (c.kind == Constraint::Kind::kRelation && telling);
+  }
+
   Field fieldOf(int k) {
     const Phrase& p = phrase(k);
     Field field = byClass(p);
     busy_[static_cast<std::size_t>(k)] = true;
-    const Peers peers = peersOf(field);
-    std::vector<double> sum = field.log_p;
-    for (const Constraint& said : p.constraints) {
-      std::vector<double> likelihoods = likelihoodsOf(said, field, peers);
-      if (likelihoods.empty()) {
-        continue;
+    const std::vector<double> by_class = field.log_p;
+    for (const bool comparing : {false, true}) {
+      const Peers peers = peersOf(field);
+      std::vector<double> sum = field.log_p;
+      for (const Constraint& said : p.constraints) {
+        if (comparesPeers(said) == comparing) {
+          addLogLikelihoods(said, field, peers, sum);
+        }
       }
-      const double most = std::ranges::max(likelihoods);
-      for (std::size_t i = 0; i < sum.size(); ++i) {
-        const double l = said.is_negated ? std::max(1 - 0.95 * likelihoods[i] / most, 0.02) : likelihoods[i];
-        sum[i] += said.weight * std::log(std::max(l, 1e-9));
-      }
+      field.log_p = std::move(sum);
     }
-    settleClasses(field, sum);
-    field.log_p = std::move(sum);
+    settleClasses(by_class, field);
     busy_[static_cast<std::size_t>(k)] = false;
     return field;
   }
 
+  void addLogLikelihoods(const Constraint& said, const Field& field, const Peers& peers, std::vector<double>& sum) {
+    const std::vector<double> likelihoods = likelihoodsOf(said, field, peers);
+    if (likelihoods.empty()) {
+      return;
+    }
+    const double most = std::ranges::max(likelihoods);
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const double l = said.is_negated ? std::max(1 - 0.95 * likelihoods[i] / most, 0.02) : likelihoods[i];
+      sum[i] += said.weight * std::log(std::max(l, 1e-9));
+    }
+  }
+
   /// Which class a word means is settled by the word more than by what is said of the thing: that no backpack is near
   /// makes the bag that is near a backpack only so far.
-  void settleClasses(const Field& before, std::vector<double>& after) const {
+  void settleClasses(const std::vector<double>& by_class, Field& field) const {
     std::map<ClassId, std::vector<double>> said;
-    for (std::size_t i = 0; i < after.size(); ++i) {
-      said[thing(before.things[i]).label].push_back(after[i] - before.log_p[i]);
+    for (std::size_t i = 0; i < by_class.size(); ++i) {
+      said[thing(field.things[i]).label].push_back(field.log_p[i] - by_class[i]);
     }
-    for (std::size_t i = 0; i < after.size(); ++i) {
-      after[i] -= kWordOverScene * logSumExp(said[thing(before.things[i]).label]);
+    for (double& p : field.log_p) {
+      p -= kWordOverScene *
+           logSumExp(said[thing(field.things[static_cast<std::size_t>(&p - field.log_p.data())]).label]);
     }
   }
 

@@ -194,6 +194,11 @@ void SentenceReader::takePlace(Constraint constraint) {
     return;
   }
   flushAdjectives();
+  if (constraint.place == Placement::kTop && last_relation_ && last_relation_->relation == Relation::kWith &&
+      current_ == last_relation_->anchors.front() && last_owner_ != kNobody) {
+    phrase(last_owner_).constraints.back().relation = Relation::kSupporting;  // "with a box on top"
+    return;
+  }
   if (open_) {
     open_.reset();  // "on the far left": the relation was no relation
   }
@@ -270,6 +275,10 @@ void SentenceReader::takeNoun(Phrase noun) {
   const int target = request_.target;
   if (open_view_) {
     const int k = addPhrase(std::move(noun));
+    if (request_.view && request_.view->phrase >= 0 && phrase(k).is_room) {
+      open_view_.reset();  // "looking at the couch from inside the room"
+      return;
+    }
     request_.view = View{*std::exchange(open_view_, std::nullopt), phrase(k).is_room ? -1 : k};
     in_view_ = true, current_ = k;
     return;
@@ -294,8 +303,8 @@ void SentenceReader::takeNoun(Phrase noun) {
     current_ = k;
     return;
   }
-  if (noun.is_room || noun.is_robot) {
-    return;
+  if (noun.is_room || noun.is_robot || (is_negated_ && predicate && !noun.is_any)) {
+    return;  // the last: "do not pick the curtain"
   }
   if (target == kNobody) {
     becomeTarget(addPhrase(std::move(noun)));

@@ -23,6 +23,11 @@ double floored(double likelihood) { return kFloor + (1 - kFloor) * likelihood; }
 
 double sigmaBetween(const SceneThing& a, const SceneThing& b) { return std::hypot(a.sigma, b.sigma); }
 
+/// Along the ground as nearDistance is in space.
+double groundDistance(const SceneThing& a, const SceneThing& b) {
+  return groundGapBetween(a, b) + 0.1 * (a.centre - b.centre).head<2>().norm();
+}
+
 double bottomOf(const SceneThing& t) { return t.centre.z() - t.half.z(); }
 double topOf(const SceneThing& t) { return t.centre.z() + t.half.z(); }
 
@@ -70,14 +75,14 @@ double likelihoodOn(const SceneThing& thing, const SceneThing& anchor) {
 double likelihoodAbove(const SceneThing& thing, const SceneThing& anchor) {
   const double sigma = sigmaBetween(thing, anchor);
   return floored(isAboveZero(thing.centre.z() - topOf(anchor), sigma) *
-                 nearness(groundGapBetween(thing, anchor), sigma, kReach, 3) *
+                 nearness(groundDistance(thing, anchor), sigma, kReach, 3) *
                  nearness(std::max(bottomOf(thing) - topOf(anchor), 0.0), sigma, 1.0, 1));
 }
 
 double likelihoodBelow(const SceneThing& thing, const SceneThing& anchor) {
   const double sigma = sigmaBetween(thing, anchor);
   return floored(isAboveZero(anchor.centre.z() - thing.centre.z(), sigma) *
-                 nearness(groundGapBetween(thing, anchor), sigma, kReach, 3) *
+                 nearness(groundDistance(thing, anchor), sigma, kReach, 3) *
                  nearness(std::max(bottomOf(anchor) - topOf(thing), 0.0), sigma, 1.0, 1));
 }
 
