@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "map/file.h"
 #include "query/answer.h"
+#include "query/goal.h"
 
 namespace hgg {
 namespace {
@@ -18,18 +19,61 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct QueryOptions {
-  std::string map, text, batch, aliases;
+  std::string map, text, batch, aliases, config;
   std::vector<double> from;
   std::size_t top = 5;
   bool json = false, no_goal = false;
 };
 
-Json jsonOf(const std::string& text, const Answer& answer) {
+/// What one map is asked with, made once.
+struct Session {
+  Map map;
+  QueryScene scene;
+  Lexicon lexicon;
+  TraversabilityConfig limits;
+  std::optional<CostGrid> grid;  // none: the map has no ground
+  double ground_z = 0;
+  std::string no_grid;  // why there is none
+};
+
+/// Where to go for the first answer.
+std::optional<Goal> goalOf(const Session& session, const Answer& answer, const std::optional<Standpoint>& from) {
+  if (answer.things.empty()) {
+    return std::nullopt;
+  }
+  Goal none;
+  const std::vector<TimedPose>& poses = session.map.keyframes().poses();
+  if (!session.grid || (!from && poses.empty())) {
+    none.reason = session.grid ? "nobody knows where to go from: give --from" : session.no_grid;
+    return none;
+  }
+  PlanPoint start;
+  if (from) {
+    start = {from->x, from->y, std::nullopt};
+  } else {
+    start = {poses.back().T_map_body.translation().x(), poses.back().T_map_body.translation().y(), std::nullopt};
+  }
+  return findGoal(session.map, answer.things.front().id, *session.grid, session.limits, start, session.ground_z);
+}
+
+Json jsonOf(const Goal& goal) {
+  Json j;
+  j["pose"] = {goal.position.x(), goal.position.y(), goal.position.z(), goal.yaw};
+  j["path"] = Json::array();
+  for (const Vec3& p : goal.path) {
+    j["path"].push_back({p.x(), p.y(), p.z()});
+  }
+  j["distance"] = goal.distance;
+  j["reason"] = goal.reason;
+  return j;
+}
+
+Json jsonOf(const std::string& text, const Answer& answer, const std::optional<Goal>& goal) {
   Json j;
   j["text"] = text;
   j["status"] = nameOf(answer.status);
   j["answers"] = Json::array();
-  for (const FoundThing& m : answer.matches) {
+  for (const FoundThing& m : answer.things) {
     j["answers"].push_back({{"id", m.id},
                             {"name", m.name},
                             {"probability", m.probability},
@@ -41,20 +85,28 @@ Json jsonOf(const std::string& text, const Answer& answer) {
   if (answer.request) {
     j["parse"] = {{"reading", describe(*answer.request)}, {"unread", answer.request->unread}};
   }
-  j["goal"] = nullptr;
+  j["goal"] = goal && goal->found ? jsonOf(*goal) : Json(nullptr);
+  j["goal_reason"] = goal ? goal->reason : "";
   return j;
 }
 
 std::string lineOf(const Json& j) { return j.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-void print(const Answer& answer) {
+void print(const Answer& answer, const std::optional<Goal>& goal) {
   if (answer.request) {
     fmt::print("read as: {}\n", describe(*answer.request));
   }
   fmt::print("{}{}{}\n", nameOf(answer.status), answer.reason.empty() ? "" : ": ", answer.reason);
-  for (const FoundThing& m : answer.matches) {
+  for (const FoundThing& m : answer.things) {
     fmt::print("  {:>5.1f} %  {:>6}  {:<16} at {:.2f} {:.2f} {:.2f}  {}\n", 100 * m.probability, m.id, m.name,
                m.mean.x(), m.mean.y(), m.mean.z(), m.reason);
+  }
+  if (goal && goal->found) {
+    fmt::print("go to {:.2f} {:.2f} {:.2f}, yaw {:.2f} rad, {:.1f} m from it, by {} points{}{}\n", goal->position.x(),
+               goal->position.y(), goal->position.z(), goal->yaw, goal->distance, goal->path.size(),
+               goal->reason.empty() ? "" : "; ", goal->reason);
+  } else if (goal) {
+    fmt::print("no goal: {}\n", goal->reason);
   }
 }
 
@@ -65,7 +117,52 @@ std::optional<Standpoint> standpointOf(const std::vector<double>& v) {
   return Standpoint{v[0], v[1], v[2]};
 }
 
-int queryBatch(const QueryOptions& o, const QueryScene& scene, const Lexicon& lexicon) {
+Result<Session> openSession(const QueryOptions& o) {
+  Aliases aliases = builtinAliases();
+  if (!o.aliases.empty()) {
+    const std::optional<std::string> text = readFile(o.aliases);
+    const Result<Aliases> own = text ? parseAliases(*text, o.aliases)
+                                     : Result<Aliases>::fail(fmt::format("{}: cannot read the aliases", o.aliases));
+    if (!own) {
+      return Result<Session>::fail(own.error);
+    }
+    aliases.add(*own);
+  }
+  const Result<LoadedConfig> config = loadConfig(o.config);
+  if (!config) {
+    return Result<Session>::fail(config.error);
+  }
+  Result<StoredMap> stored = loadMap(o.map);
+  if (!stored) {
+    return Result<Session>::fail(stored.error);
+  }
+  QueryScene scene = sceneOf(stored->map);
+  LexiconLayers layers;
+  layers.aliases = &aliases;
+  Lexicon lexicon(scene.class_names, layers);
+  Session session{
+      std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}, 0, {}};
+  const std::optional<GridRegion> region = o.no_goal ? std::nullopt : regionOf(session.map);
+  if (region && !session.map.keyframes().poses().empty()) {
+    const Result<GridShape> shape = gridShape(*region, session.limits.resolution);
+    if (shape) {
+      session.grid = buildCostGrid(session.map, *shape, session.limits);
+      session.ground_z = groundHeight(session.map, *session.grid);
+    }
+    session.no_grid = shape.error;
+  } else {
+    session.no_grid = "the map has no ground that was walked on";
+  }
+  return Result<Session>::ok(std::move(session));
+}
+
+Json answerJson(const QueryOptions& o, const Session& session, const std::string& text,
+                const std::optional<Standpoint>& from) {
+  const Answer answer = answerText(text, session.scene, session.lexicon, from, o.top);
+  return jsonOf(text, answer, o.no_goal ? std::nullopt : goalOf(session, answer, from));
+}
+
+int queryBatch(const QueryOptions& o, const Session& session) {
   const std::optional<std::string> text = readFile(o.batch);
   if (!text) {
     return fail(fmt::format("{}: cannot read the batch", o.batch));
@@ -90,8 +187,7 @@ int queryBatch(const QueryOptions& o, const QueryScene& scene, const Lexicon& le
       return fail(fmt::format("{}:{}: a line is {{\"text\":\"..\",\"from\":[x,y,yaw]}}, without \"from\" if need be",
                               o.batch, number));
     }
-    const auto query = j["text"].get<std::string>();
-    fmt::print("{}\n", lineOf(jsonOf(query, answerText(query, scene, lexicon, from, o.top))));
+    fmt::print("{}\n", lineOf(answerJson(o, session, j["text"].get<std::string>(), from)));
   }
   return kDone;
 }
@@ -103,34 +199,22 @@ int query(const QueryOptions& o) {
   if (!o.from.empty() && !standpointOf(o.from)) {
     return fail("--from must be x,y,yaw");
   }
-  Aliases aliases = builtinAliases();
-  if (!o.aliases.empty()) {
-    const std::optional<std::string> text = readFile(o.aliases);
-    const Result<Aliases> own = text ? parseAliases(*text, o.aliases)
-                                     : Result<Aliases>::fail(fmt::format("{}: cannot read the aliases", o.aliases));
-    if (!own) {
-      return fail(own.error);
-    }
-    aliases.add(*own);
+  const Result<Session> session = openSession(o);
+  if (!session) {
+    return fail(session.error);
   }
-  const Result<StoredMap> stored = loadMap(o.map);
-  if (!stored) {
-    return fail(stored.error);
-  }
-  const QueryScene scene = sceneOf(stored->map);
-  LexiconLayers layers;
-  layers.aliases = &aliases;
-  const Lexicon lexicon(scene.class_names, layers);
   if (!o.batch.empty()) {
-    return queryBatch(o, scene, lexicon);
+    return queryBatch(o, *session);
   }
-  const Answer answer = answerText(o.text, scene, lexicon, standpointOf(o.from), o.top);
+  const std::optional<Standpoint> from = standpointOf(o.from);
+  const Answer answer = answerText(o.text, session->scene, session->lexicon, from, o.top);
+  const std::optional<Goal> goal = o.no_goal ? std::nullopt : goalOf(*session, answer, from);
   if (o.json) {
-    fmt::print("{}\n", lineOf(jsonOf(o.text, answer)));
+    fmt::print("{}\n", lineOf(jsonOf(o.text, answer, goal)));
   } else {
-    print(answer);
+    print(answer, goal);
   }
-  return answer.matches.empty() ? kNo : kDone;
+  return answer.things.empty() ? kNo : kDone;
 }
 
 }  // namespace
@@ -144,6 +228,7 @@ void addQuery(CLI::App& app, Action& action) {
   command->add_option("--top", o->top, "most answers to give")->check(CLI::Range(1, 1000));
   command->add_option("--batch", o->batch, R"(file of lines {"text":"..","from":[x,y,yaw]}: one JSON answer a line)");
   command->add_option("--aliases", o->aliases, "more words for classes, beside those of the shipped label sets");
+  command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability]");
   command->add_flag("--json", o->json, "print JSON");
   command->add_flag("--no-goal", o->no_goal, "say what is meant only, not where to go");
   command->footer(

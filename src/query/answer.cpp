@@ -141,8 +141,8 @@ Answer answerText(const std::string& text, const QueryScene& scene, const Lexico
   for (std::size_t k = 0; k < std::min(top, grounding.target.size()); ++k) {
     const Referent& c = grounding.target[k];
     const SceneThing& thing = scene.things[static_cast<std::size_t>(c.thing)];
-    answer.matches.push_back({thing.id, nameOf(scene, thing.label), c.probability, thing.centre,
-                              reasonFor(request, grounding, scene, thing)});
+    answer.things.push_back({thing.id, nameOf(scene, thing.label), c.probability, thing.centre,
+                             reasonFor(request, grounding, scene, thing)});
   }
   const std::vector<Referent>& all = grounding.target;
   if (all.size() > 1 && all[1].probability > kAmbiguousRatio * all[0].probability) {

@@ -24,12 +24,12 @@ struct FoundThing {
 
 struct Answer {
   AnswerStatus status = AnswerStatus::kNotUnderstood;
-  std::vector<FoundThing> matches;  // most probable first; none unless ok or ambiguous
-  std::string reason;               // why there is no answer, or more than one
-  std::optional<Request> request;   // as it was read
+  std::vector<FoundThing> things;  // most probable first; none unless ok or ambiguous
+  std::string reason;              // why there is no answer, or more than one
+  std::optional<Request> request;  // as it was read
 };
 
-/// The thing that a text means, of those in the scene; at most `top` matches.
+/// The thing that a text means, of those in the scene; at most `top` things.
 Answer answerText(const std::string& text, const QueryScene& scene, const Lexicon& lexicon,
                   const std::optional<Standpoint>& from, std::size_t top);
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "query/anchored.h"
 #include "query/description.h"
 #include "query/relations.h"
 #include "query/views.h"
@@ -19,8 +20,7 @@ constexpr double kLeastAnchor = 0.02;
 constexpr double kPeerSlack = 1.2;
 /// How much of what the scene says of the classes that a word may mean is left out: 0 none, 1 all.
 constexpr double kWordOverScene = 0.85;
-/// How sure people are to mean a front as it is taken here, and not another side.
-constexpr double kOwnFront = 0.8;
+const Vec3 kRobotHalf(0.25, 0.25, 1);  // m: half a robot
 
 /// Things that a phrase may mean, with log-probabilities that need not add up.
 struct Field {
@@ -37,9 +37,9 @@ double logSumExp(const std::vector<double>& values) {
   return values.empty() ? -std::numeric_limits<double>::infinity() : most + std::log(sum);
 }
 
-std::vector<Referent> normalised(const Field& field) {
+Referents normalised(const Field& field) {
   const double all = logSumExp(field.log_p);
-  std::vector<Referent> candidates;
+  Referents candidates;
   for (std::size_t k = 0; k < field.things.size(); ++k) {
     candidates.push_back({field.things[k], std::exp(field.log_p[k] - all)});
   }
@@ -134,7 +134,7 @@ class Grounder {
     const double most = std::ranges::max(likelihoods);
     for (std::size_t i = 0; i < sum.size(); ++i) {
       const double l = said.is_negated ? std::max(1 - 0.95 * likelihoods[i] / most, 0.02) : likelihoods[i];
-      sum[i] += said.weight * std::log(std::max(l, 1e-9));
+      sum[i] += said.weight * std::log(std::max({l, 1e-9 * most, 1e-300}));
     }
   }
 
@@ -151,8 +151,8 @@ class Grounder {
     }
   }
 
-  const std::vector<Referent>& anchorsOf(int k) {
-    std::vector<Referent>& found = anchors_[static_cast<std::size_t>(k)];
+  const Referents& anchorsOf(int k) {
+    Referents& found = anchors_[static_cast<std::size_t>(k)];
     if (found.empty() && !busy_[static_cast<std::size_t>(k)]) {
       found = normalised(fieldOf(k));
       const double least = found.empty() ? 0 : kLeastAnchor * found.front().probability;
@@ -181,123 +181,33 @@ class Grounder {
       return likelihoodsToRobot(said, field, peers);
     }
     if (said.relation == Relation::kBetween) {
-      return likelihoodsBetween(said, field);
+      return betweenAnchors(said, field);
     }
-    const std::vector<Referent>& anchors = anchorsOf(said.anchors.front());
+    const Referents& anchors = anchorsOf(said.anchors.front());
     if (anchors.empty()) {
       return {};  // of something the map does not have
     }
-    return said.relation == Relation::kFar ? likelihoodsFar(field, anchors, phrase(said.anchors.front()).is_other)
-                                           : likelihoodsToAnchors(said, field, anchors);
+    return said.relation == Relation::kFar ? likelihoodsFarFrom(scene_, field.things, anchors)
+                                           : toAnchors(said.relation, field, anchors);
   }
 
-  std::vector<double> likelihoodsToAnchors(const Constraint& said, const Field& field,
-                                           const std::vector<Referent>& anchors) {
-    std::map<ClassId, std::pair<double, std::vector<double>>> of_class;  // the anchor's: its probability, and the sum
-    for (const Referent& anchor : anchors) {
-      auto& [probability, sum] = of_class[thing(anchor.thing).label];
-      sum.resize(field.things.size());
-      probability += anchor.probability;
-      const std::vector<Gaze> gazes = gazesAtAnchor(said.relation, thing(anchor.thing), field.things);
-      for (std::size_t i = 0; i < sum.size(); ++i) {
-        if (field.things[i] != anchor.thing) {
-          sum[i] +=
-              anchor.probability * likelihoodOf(said.relation, thing(field.things[i]), thing(anchor.thing), gazes);
-        }
-      }
-    }
-    std::vector<double> all(field.things.size(), 0.0);
-    for (const auto& [label, of] : of_class) {
-      const double most = of.second.empty() ? 1 : std::max(std::ranges::max(of.second), 1e-12);
-      for (std::size_t i = 0; i < all.size(); ++i) {
-        all[i] += of.second[i] * of.first / most;
-      }
-    }
-    return all;
+  std::vector<double> toAnchors(Relation relation, const Field& field, const Referents& anchors) {
+    return likelihoodsTo(scene_, relation, field.things, anchors, [&](const SceneThing& anchor) {
+      std::vector<Gaze> gazes = gazesSaid(field.things, anchor.centre.head<2>());
+      return directionsOf(relation, gazes.empty() ? gazesAtFront(scene_, anchor) : std::move(gazes));
+    });
   }
 
-  static double likelihoodOf(Relation relation, const SceneThing& t, const SceneThing& anchor,
-                             const std::vector<Gaze>& directions) {
-    switch (relation) {
-      case Relation::kClosest:
-        return likelihoodClosest(t, anchor);
-      case Relation::kOn:
-        return likelihoodOn(t, anchor);
-      case Relation::kSupporting:
-        return likelihoodOn(anchor, t);
-      case Relation::kAbove:
-        return likelihoodAbove(t, anchor);
-      case Relation::kBelow:
-        return likelihoodBelow(t, anchor);
-      case Relation::kInside:
-        return likelihoodInside(t, anchor);
-      case Relation::kWith:
-        return likelihoodWith(t, anchor);
-      case Relation::kFront:
-      case Relation::kBehind:
-      case Relation::kLeft:
-      case Relation::kRight:
-      case Relation::kAcross: {
-        double sum = 0;
-        for (const Gaze& d : directions) {
-          sum += d.probability * (relation == Relation::kAcross ? likelihoodTowards(t, anchor, d.direction)
-                                                                : likelihoodBeside(t, anchor, d.direction));
-        }
-        return sum;
-      }
-      default:
-        return likelihoodNear(t, anchor);
-    }
-  }
-
-  /// Far from all that the anchor may be: "the chair farthest from the doors".
-  std::vector<double> likelihoodsFar(const Field& field, const std::vector<Referent>& anchors, bool) const {
-    std::vector<double> log_sum(field.things.size(), 0.0);
-    double all = 0;
-    for (const Referent& anchor : anchors) {
-      double farthest = 0;
-      for (const int k : field.things) {
-        farthest = std::max(farthest, nearDistance(thing(k), thing(anchor.thing)));
-      }
-      for (std::size_t i = 0; i < log_sum.size(); ++i) {
-        log_sum[i] +=
-            anchor.probability * std::log(likelihoodFar(thing(field.things[i]), thing(anchor.thing), farthest));
-      }
-      all += anchor.probability;
-    }
-    for (double& v : log_sum) {
-      v = std::exp(v / std::max(all, 1e-9));
-    }
-    return log_sum;
-  }
-
-  std::vector<double> likelihoodsBetween(const Constraint& said, const Field& field) {
-    const std::vector<Referent> a = anchorsOf(said.anchors.front());
+  std::vector<double> betweenAnchors(const Constraint& said, const Field& field) {
+    const Referents a = anchorsOf(said.anchors.front());
     const bool is_pair = said.anchors.size() > 1;
-    const std::vector<Referent> b = is_pair ? anchorsOf(said.anchors[1]) : a;
+    const Referents b = is_pair ? anchorsOf(said.anchors[1]) : a;
     const bool single = !is_pair && phrase(said.anchors.front()).count < 2 && a.size() < 2;
-    if (a.empty() || b.empty() || single) {
-      const std::vector<Referent>& known = a.empty() ? b : a;
-      return known.empty() ? std::vector<double>{} : likelihoodsToAnchors(Constraint{}, field, known);
+    if (a.empty() || b.empty() || single) {  // "in the middle of the couch"
+      const Referents& known = a.empty() ? b : a;
+      return known.empty() ? std::vector<double>{} : toAnchors(Relation::kNear, field, known);
     }
-    std::vector<double> sum(field.things.size(), 1e-6);
-    constexpr std::size_t kMost = 12;  // anchors on each side: a hall of chairs has too many pairs
-    for (std::size_t i = 0; i < std::min(a.size(), kMost); ++i) {
-      for (std::size_t j = is_pair ? 0 : i + 1; j < std::min(b.size(), kMost); ++j) {
-        if (a[i].thing == b[j].thing) {
-          continue;
-        }
-        // Of many pairs, one that stands close is meant.
-        const double close = 1 / (1 + gapBetween(thing(a[i].thing), thing(b[j].thing)));
-        const double p = a[i].probability * b[j].probability * close;
-        for (std::size_t k = 0; k < sum.size(); ++k) {
-          if (field.things[k] != a[i].thing && field.things[k] != b[j].thing) {
-            sum[k] += p * likelihoodBetween(thing(field.things[k]), thing(a[i].thing), thing(b[j].thing));
-          }
-        }
-      }
-    }
-    return sum;
+    return likelihoodsBetween(scene_, field.things, a, b, is_pair);
   }
 
   std::vector<double> likelihoodsToRobot(const Constraint& said, const Field& field, const Peers& peers) {
@@ -308,115 +218,43 @@ class Grounder {
       return request_.view ? likelihoodOfPlace(scene_, peers, place, gazesFor(field.things)) : std::vector<double>{};
     }
     SceneThing robot;
-    const Vec2 ahead(std::cos(from_->yaw), std::sin(from_->yaw));
-    robot.centre = Vec3(from_->x, from_->y, scene_.low.z()), robot.half = Vec3(0.25, 0.25, 1), robot.front = ahead;
-    std::vector<double> likelihoods;
+    robot.centre = Vec3(from_->x, from_->y, scene_.low.z()), robot.half = kRobotHalf;
     double farthest = 0;
     for (const int k : field.things) {
       farthest = std::max(farthest, nearDistance(thing(k), robot));
     }
-    const Relation r = said.relation;
-    const Vec2 side = r == Relation::kLeft     ? leftOf(ahead)
-                      : r == Relation::kRight  ? Vec2(-leftOf(ahead))
-                      : r == Relation::kBehind ? Vec2(-ahead)
-                                               : ahead;
+    // One's own left is that of where one looks, one's front too.
+    const Vec2 ahead(std::cos(from_->yaw), std::sin(from_->yaw));
+    const bool turns = said.relation == Relation::kLeft || said.relation == Relation::kRight;
+    const std::vector<Gaze> directions = directionsOf(said.relation, {{turns ? ahead : Vec2(-ahead), 1}});
+    std::vector<double> likelihoods;
     for (const int k : field.things) {
-      likelihoods.push_back(r == Relation::kFar ? likelihoodFar(thing(k), robot, farthest)
-                                                : likelihoodOf(r, thing(k), robot, {{side, 1}}));
+      likelihoods.push_back(said.relation == Relation::kFar ? likelihoodFar(thing(k), robot, farthest)
+                                                            : likelihoodOf(said.relation, thing(k), robot, directions));
     }
     return likelihoods;
   }
 
-  Vec2 meanOf(const std::vector<int>& things) const {
-    Vec2 mean = Vec2::Zero();
-    for (const int k : things) {
-      mean += thing(k).centre.head<2>() / static_cast<double>(things.size());
-    }
-    return mean;
-  }
-
-  /// How one looks, by what the request says of it.
-  std::vector<Gaze> gazesOfView(const std::vector<int>& things) {
+  /// How one looks, where the request or the standpoint says it.
+  std::vector<Gaze> gazesSaid(const std::vector<int>& things, const Vec2& at) {
     std::vector<Gaze> gazes;
-    const View& view = *request_.view;
-    const std::vector<Referent> anchors = view.phrase >= 0 ? anchorsOf(view.phrase) : doors();
-    for (const Referent& c : anchors) {
-      const Vec2 front = frontOf(scene_, thing(c.thing));
-      const Vec2 apart = meanOf(things) - thing(c.thing).centre.head<2>();
-      const bool is_far = apart.norm() > 0.5;
-      if (view.kind == View::Kind::kFacing) {
-        gazes.push_back({-front, c.probability});
-      } else {
-        gazes.push_back({front, c.probability * (is_far ? 0.4 : 1.0)});
-        if (is_far) {
-          gazes.push_back({apart.normalized(), c.probability * 0.6});
-        }
-      }
+    if (request_.view) {
+      const int seen = request_.view->phrase;
+      gazes = gazesOfView(scene_, request_.view->kind, seen >= 0 ? anchorsOf(seen) : doorsOf(scene_), things);
     }
-    return gazes;
-  }
-
-  std::vector<Referent> doors() const {
-    std::vector<Referent> found;
-    for (std::size_t k = 0; k < scene_.things.size(); ++k) {
-      const auto name = scene_.class_names.find(scene_.things[k].label);
-      if (name != scene_.class_names.end() && name->second == "door") {
-        found.push_back({static_cast<int>(k), 1});
-      }
-    }
-    for (Referent& c : found) {
-      c.probability /= static_cast<double>(found.size());
-    }
-    return found;
+    return gazes.empty() && from_ ? gazesFrom(*from_, at) : gazes;
   }
 
   /// How one looks at things that are told apart among their like.
   std::vector<Gaze> gazesFor(const std::vector<int>& things) {
-    if (request_.view) {
-      if (std::vector<Gaze> gazes = gazesOfView(things); !gazes.empty()) {
-        return gazes;
-      }
-    }
-    if (from_) {
-      const Vec2 towards = meanOf(things) - Vec2(from_->x, from_->y);
-      return {
-          {towards.norm() > 0.1 ? Vec2(towards.normalized()) : Vec2(std::cos(from_->yaw), std::sin(from_->yaw)), 1}};
-    }
-    return gazesAt(scene_, things);
-  }
-
-  /// The directions from an anchor in which a thing is left of it, in front of it and so on.
-  std::vector<Gaze> gazesAtAnchor(Relation relation, const SceneThing& anchor, const std::vector<int>& things) {
-    if (relation != Relation::kFront && relation != Relation::kBehind && relation != Relation::kLeft &&
-        relation != Relation::kRight && relation != Relation::kAcross) {
-      return {};
-    }
-    std::vector<Gaze> gazes;
-    if (request_.view) {
-      gazes = gazesOfView(things);
-    } else if (from_) {
-      const Vec2 towards = anchor.centre.head<2>() - Vec2(from_->x, from_->y);
-      gazes = {
-          {towards.norm() > 0.1 ? Vec2(towards.normalized()) : Vec2(std::cos(from_->yaw), std::sin(from_->yaw)), 1}};
-    }
-    if (gazes.empty()) {
-      const Vec2 front = frontOf(scene_, anchor);
-      gazes = {{-front, kOwnFront}, {front, 1 - kOwnFront}};
-    }
-    for (Gaze& g : gazes) {
-      const Vec2 gaze = g.direction;
-      g.direction = relation == Relation::kLeft     ? leftOf(gaze)
-                    : relation == Relation::kRight  ? Vec2(-leftOf(gaze))
-                    : relation == Relation::kBehind ? gaze
-                                                    : Vec2(-gaze);
-    }
-    return gazes;
+    std::vector<Gaze> gazes = gazesSaid(things, middleOf(scene_, things));
+    return gazes.empty() ? gazesAt(scene_, things) : gazes;
   }
 
   const Request& request_;
   const QueryScene& scene_;
   const std::optional<Standpoint>& from_;
-  std::vector<std::vector<Referent>> anchors_;
+  std::vector<Referents> anchors_;
   std::vector<bool> busy_;
 };
 

@@ -4,27 +4,18 @@
 #include <string>
 #include <vector>
 
+#include "query/referent.h"
 #include "query/request.h"
 #include "query/scene.h"
+#include "query/views.h"
 
 namespace hgg {
 
-/// Where who asks stands and looks.
-struct Standpoint {
-  double x = 0, y = 0, yaw = 0;  // m, rad; map frame
-};
-
-/// A thing that a phrase may mean.
-struct Referent {
-  int thing = 0;           // index in the scene
-  double probability = 0;  // of those of its phrase
-};
-
 /// What the phrases of a request mean.
 struct Grounding {
-  std::vector<Referent> target;                // most probable first
-  std::vector<std::vector<Referent>> anchors;  // by phrase, for those that were asked about
-  double log_evidence = 0;                     // of the reading
+  Referents target;                // most probable first
+  std::vector<Referents> anchors;  // by phrase, for those that were asked about
+  double log_evidence = 0;         // of the reading
 };
 
 /// Finds what a request means: P(thing) ~ class belief x existence x likelihood of all that is said of it, where what
