@@ -6,32 +6,8 @@
 namespace hgg {
 namespace {
 
-/// That what is said after "the lamp on the table ..." is said of the lamp. By the sense of English: what tells a thing
-/// from its like (closest, on the left) is mostly said of the thing asked for, what a thing has is said of what stands
-/// before it.
-constexpr double kOddsOfTarget = 0.5, kOddsOfTargetWhenTelling = 0.65, kOddsOfTargetWith = 0.3;
 /// A thing that is spoken of without a relation is somewhere near.
 constexpr double kMentionWeight = 0.5;
-
-constexpr bool isTelling(Relation r) { return r == Relation::kClosest || r == Relation::kFar; }
-
-/// What holds of the anchor when the relation holds of the owner.
-Relation inverseOf(Relation r) {
-  switch (r) {
-    case Relation::kOn:
-      return Relation::kSupporting;
-    case Relation::kSupporting:
-      return Relation::kOn;
-    case Relation::kAbove:
-      return Relation::kBelow;
-    case Relation::kBelow:
-      return Relation::kAbove;
-    case Relation::kInside:
-      return Relation::kWith;
-    default:
-      return r == Relation::kWith ? Relation::kNear : r;
-  }
-}
 
 /// "the back of the room" is a place, not a relation.
 std::optional<Placement> placeInRoom(Relation r) {
@@ -51,54 +27,7 @@ std::optional<Placement> placeInRoom(Relation r) {
   }
 }
 
-Constraint relationOf(Relation r, double weight = 1) {
-  Constraint c;
-  c.kind = Constraint::Kind::kRelation, c.relation = r, c.weight = weight;
-  return c;
-}
-
-bool isLikePreposition(const std::string& word) {
-  return word == "on" || word == "in" || word == "at" || word == "to" || word == "from" || word == "against";
-}
-
 }  // namespace
-
-std::vector<Piece> piecesOf(std::span<const std::string> words, const Lexicon& lexicon) {
-  std::vector<Piece> pieces;
-  const auto text = [&](std::size_t at, std::size_t n) {
-    std::string all = words[at];
-    for (std::size_t k = 1; k < n; ++k) {
-      all += " " + words[at + k];
-    }
-    return all;
-  };
-  for (std::size_t at = 0; at < words.size();) {
-    if (words[at] == "," || words[at] == ".") {
-      pieces.push_back({words[at] == "," ? Piece::Kind::kBreak : Piece::Kind::kStop, words[at], {}, {}});
-      ++at;
-      continue;
-    }
-    FoundCue cue = cueAt(words, at);
-    const Noun noun = lexicon.nounAt(words, at);
-    // "on the left nightstand" is on a nightstand; "on the left" is a place.
-    const std::size_t after = at + cue.length;
-    if (cue.length > 1 && cue.cue.kind == CueKind::kPlace && isLikePreposition(words[at]) && after < words.size() &&
-        cueAt(words, after).length == 0 && lexicon.nounAt(words, after).length > 0) {
-      cue = cueAt(words, at, 1);
-    }
-    Piece piece;
-    std::size_t length = 1;
-    if (noun.length > cue.length) {
-      piece.kind = Piece::Kind::kNoun, piece.classes = noun.classes, length = noun.length;
-    } else if (cue.length > 0) {
-      piece.kind = Piece::Kind::kCue, piece.cue = cue.cue, length = cue.length;
-    }
-    piece.words = text(at, length);
-    pieces.push_back(std::move(piece));
-    at += length;
-  }
-  return pieces;
-}
 
 Request SentenceReader::read() {
   for (at_ = 0; at_ < pieces_.size(); ++at_) {
@@ -114,22 +43,25 @@ Request SentenceReader::read() {
       case Piece::Kind::kUnknown:
         ++request_.unread;
         break;
-      case Piece::Kind::kNoun: {
-        Phrase noun;
-        noun.words = piece.words, noun.classes = piece.classes;
-        // Of nouns in a row the last one is the thing, unless the map has no such thing.
-        while (pieceAt(at_ + 1) != nullptr && pieceAt(at_ + 1)->kind == Piece::Kind::kNoun) {
-          const Piece& next = pieces_[++at_];
-          noun.words += " " + next.words;
-          noun.classes = next.classes.empty() ? noun.classes : next.classes;
-        }
-        takeNoun(std::move(noun));
+      case Piece::Kind::kNoun:
+        takeNouns();
         break;
-      }
     }
   }
   finish();
   return std::move(request_);
+}
+
+/// Of nouns in a row the last one is the thing, unless the map has no such thing.
+void SentenceReader::takeNouns() {
+  Phrase noun;
+  noun.words = pieces_[at_].words, noun.classes = pieces_[at_].classes;
+  while (pieceAt(at_ + 1) != nullptr && pieceAt(at_ + 1)->kind == Piece::Kind::kNoun) {
+    const Piece& next = pieces_[++at_];
+    noun.words += " " + next.words;
+    noun.classes = next.classes.empty() ? noun.classes : next.classes;
+  }
+  takeNoun(std::move(noun));
 }
 
 int SentenceReader::addPhrase(Phrase phrase) {
@@ -156,53 +88,6 @@ bool SentenceReader::beginsNoun(std::size_t at) const {
   const Piece* piece = pieceAt(at);
   return piece != nullptr &&
          (piece->kind == Piece::Kind::kNoun || (piece->kind == Piece::Kind::kCue && piece->cue.kind == CueKind::kAny));
-}
-
-/// Whose relation it is that comes now: that of the thing spoken of last, or of the target.
-int SentenceReader::ownerOf(double odds_of_target) {
-  if (current_ == kNobody || current_ == request_.target || request_.target == kNobody || after_break_ || after_and_) {
-    return current_ != kNobody && !after_break_ && !after_and_ ? current_
-           : request_.target != kNobody && !in_view_           ? request_.target
-                                                               : (after_break_ ? kNobody : current_);
-  }
-  const bool of_target = ((choices_ >> request_.choices++) & 1U) != 0;
-  request_.log_prior += std::log(of_target ? odds_of_target : 1 - odds_of_target);
-  return of_target ? request_.target : current_;
-}
-
-void SentenceReader::takeRelation(Constraint constraint, bool needs_anchor) {
-  flushAdjectives();
-  constraint.is_negated = is_negated_ || negates_clause_, is_negated_ = false;
-  if (isTelling(constraint.relation) && !needs_anchor && beginsNoun(at_ + 1)) {
-    adjectives_.push_back(std::move(constraint));  // "the closest chair"
-    return;
-  }
-  const double odds = constraint.relation == Relation::kWith ? kOddsOfTargetWith
-                      : isTelling(constraint.relation)       ? kOddsOfTargetWhenTelling
-                                                             : kOddsOfTarget;
-  open_owner_ = ownerOf(odds);
-  open_ = std::move(constraint);
-}
-
-void SentenceReader::takePlace(Constraint constraint) {
-  constraint.is_negated = is_negated_ || negates_clause_, is_negated_ = false;
-  if (rank_ != 0) {
-    constraint.rank = rank_, constraint.ranked = true, rank_ = 0;
-  }
-  if (beginsNoun(at_ + 1)) {
-    adjectives_.push_back(std::move(constraint));
-    return;
-  }
-  flushAdjectives();
-  if (constraint.place == Placement::kTop && last_relation_ && last_relation_->relation == Relation::kWith &&
-      current_ == last_relation_->anchors.front() && last_owner_ != kNobody) {
-    phrase(last_owner_).constraints.back().relation = Relation::kSupporting;  // "with a box on top"
-    return;
-  }
-  if (open_) {
-    open_.reset();  // "on the far left": the relation was no relation
-  }
-  describe(ownerOf(kOddsOfTargetWhenTelling), std::move(constraint));
 }
 
 void SentenceReader::flushAdjectives() {
@@ -255,11 +140,10 @@ void SentenceReader::mention(int phrase_index) {
   }
 }
 
-void SentenceReader::takeNoun(Phrase noun) {
+/// What was said before the noun: its adjectives, its number, its place in a row.
+void SentenceReader::takeAdjectives(Phrase& noun) {
   noun.count = std::exchange(count_, 0);
   noun.is_other = std::exchange(is_other_, false);
-  const bool predicate = std::exchange(is_predicate_, false), determined = std::exchange(had_determiner_, false);
-  const bool conjoined = std::exchange(after_and_, false), first_of_clause = std::exchange(after_break_, false);
   for (Constraint& c : std::exchange(adjectives_, {})) {
     if (c.kind == Constraint::Kind::kRelation) {
       dangling_ = c, dangling_owner_ = static_cast<int>(request_.phrases.size());
@@ -267,106 +151,99 @@ void SentenceReader::takeNoun(Phrase noun) {
       noun.constraints.push_back(std::move(c));
     }
   }
-  if (rank_ != 0) {  // "the second chair": of a row, from where the reader begins
+  if (rank_ != 0) {
     Constraint c;
     c.kind = Constraint::Kind::kPlace, c.rank = std::exchange(rank_, 0), c.ranked = true;
     noun.constraints.push_back(std::move(c));
   }
-  const int target = request_.target;
+}
+
+/// A noun that a view or a relation waits for, or that is added to one by "and". False when none does.
+bool SentenceReader::takeAsAnchor(Phrase& noun, bool is_conjoined) {
   if (open_view_) {
-    const int k = addPhrase(std::move(noun));
-    if (request_.view && request_.view->phrase >= 0 && phrase(k).is_room) {
-      open_view_.reset();  // "looking at the couch from inside the room"
-      return;
+    const bool is_second = request_.view && request_.view->phrase >= 0 && noun.is_room;
+    const View::Kind kind = *std::exchange(open_view_, std::nullopt);
+    if (!is_second) {  // not "looking at the couch from inside the room"
+      const bool is_room = noun.is_room;
+      current_ = addPhrase(std::move(noun));
+      request_.view = View{kind, is_room ? kNobody : current_};
+      in_view_ = true;
     }
-    request_.view = View{*std::exchange(open_view_, std::nullopt), phrase(k).is_room ? -1 : k};
-    in_view_ = true, current_ = k;
-    return;
+    return true;
   }
   if (open_) {
     open_->is_negated = open_->is_negated != std::exchange(is_negated_, false);  // "with no person"
     anchorAt(addPhrase(std::move(noun)));
+    return true;
+  }
+  const int target = request_.target;
+  if (!is_conjoined || !last_relation_ || noun.is_any || (target != kNobody && sameKind(noun, phrase(target)))) {
+    return false;
+  }
+  current_ = addPhrase(std::move(noun));  // "between the bed and the desk", "near the bed and the desk"
+  std::vector<Constraint>& said = last_owner_ == kNobody ? orphans_ : phrase(last_owner_).constraints;
+  if (last_relation_->relation == Relation::kBetween && !said.empty()) {
+    said.back().anchors.push_back(current_);
+  } else {
+    Constraint more = *last_relation_;
+    more.anchors = {current_};
+    describe(last_owner_, std::move(more));
+  }
+  return true;
+}
+
+/// The target, spoken of again.
+void SentenceReader::takeAgain(Phrase noun) {
+  Phrase& target = phrase(request_.target);
+  negates_clause_ = negates_clause_ || std::exchange(is_negated_, false);
+  for (Constraint& c : noun.constraints) {
+    c.is_negated = c.is_negated != negates_clause_;
+    target.constraints.push_back(std::move(c));
+  }
+  target.count = std::max(target.count, noun.count);
+  if (dangling_ && dangling_owner_ == static_cast<int>(request_.phrases.size())) {
+    dangling_owner_ = request_.target;
+  }
+  current_ = request_.target;
+}
+
+/// A thing beside the target, or the true target: "facing the desk it is the lamp".
+void SentenceReader::takeAnother(Phrase noun, bool is_predicate, bool may_be_subject) {
+  const int target = request_.target;
+  const Phrase& old = phrase(target);
+  // "3 tier wall mounted bookshelf": a tier is no thing of the map, and nothing is said of it.
+  const bool was_modifier = old.classes.empty() && !old.is_any && old.constraints.empty() && !may_be_subject;
+  const bool is_subject = may_be_subject && pieceIs(at_ + 1, CueKind::kIs);
+  const int k = addPhrase(std::move(noun));
+  if (was_modifier) {
+    becomeTarget(k);
+  } else if ((is_predicate || is_subject) && !phrase(k).classes.empty()) {
+    becomeTarget(k);
+    mention(target);
+    current_ = k;
+  } else {
+    mention(k);
+  }
+}
+
+void SentenceReader::takeNoun(Phrase noun) {
+  takeAdjectives(noun);
+  const bool predicate = std::exchange(is_predicate_, false), determined = std::exchange(had_determiner_, false);
+  const bool conjoined = std::exchange(after_and_, false), first = std::exchange(after_break_, false);
+  if (takeAsAnchor(noun, conjoined && !predicate)) {
     return;
   }
   is_this_ = false;
-  if (conjoined && last_relation_ && !predicate && !noun.is_any &&
-      !(target != kNobody && sameKind(noun, phrase(target)))) {
-    const int k = addPhrase(std::move(noun));  // "between the bed and the desk", "near the bed and the desk"
-    std::vector<Constraint>& said = last_owner_ == kNobody ? orphans_ : phrase(last_owner_).constraints;
-    if (last_relation_->relation == Relation::kBetween && !said.empty()) {
-      said.back().anchors.push_back(k);
-    } else {
-      Constraint more = *last_relation_;
-      more.anchors = {k};
-      describe(last_owner_, std::move(more));
-    }
-    current_ = k;
-    return;
-  }
+  const int target = request_.target;
   if (noun.is_room || noun.is_robot || (is_negated_ && predicate && !noun.is_any)) {
     return;  // the last: "do not pick the curtain"
   }
   if (target == kNobody) {
     becomeTarget(addPhrase(std::move(noun)));
   } else if (noun.is_any || (sameKind(noun, phrase(target)) && !noun.is_other)) {
-    if (is_negated_ && !noun.is_any) {
-      negates_clause_ = true;
-    }
-    negates_clause_ = negates_clause_ || std::exchange(is_negated_, false);
-    for (Constraint& c : noun.constraints) {
-      c.is_negated = c.is_negated != negates_clause_;
-      phrase(target).constraints.push_back(std::move(c));
-    }
-    phrase(target).count = std::max(phrase(target).count, noun.count);
-    if (dangling_ && dangling_owner_ == static_cast<int>(request_.phrases.size())) {
-      dangling_owner_ = target;
-    }
-    current_ = target;
+    takeAgain(std::move(noun));
   } else {
-    const Piece* next = pieceAt(at_ + 1);
-    const bool is_subject = first_of_clause && determined && next != nullptr && next->kind == Piece::Kind::kCue &&
-                            next->cue.kind == CueKind::kIs;
-    const bool was_modifier = phrase(target).classes.empty() && !phrase(target).is_any &&
-                              phrase(target).constraints.empty() && !first_of_clause;
-    const int k = addPhrase(std::move(noun));
-    if (was_modifier) {  // "3 tier wall mounted bookshelf"
-      becomeTarget(k);
-    } else if ((predicate || is_subject) && !phrase(k).classes.empty()) {
-      becomeTarget(k);
-      mention(target);
-      current_ = k;
-    } else {
-      mention(k);
-    }
-  }
-}
-
-void SentenceReader::takePronoun() {
-  if (open_) {
-    const int target = request_.target;
-    if (open_owner_ != target && open_owner_ != kNobody && target != kNobody) {
-      // "the table with a lamp on it": what is said of the lamp says something of the table.
-      Constraint c = std::move(*open_);
-      open_.reset();
-      c.relation = inverseOf(c.relation), c.anchors = {open_owner_};
-      std::vector<Constraint>& said = phrase(target).constraints;
-      std::erase_if(said, [&](const Constraint& old) {
-        c.is_negated = c.is_negated || (old.is_negated && old.anchors == c.anchors);
-        return old.kind == Constraint::Kind::kRelation && old.anchors == c.anchors &&
-               (old.relation == Relation::kWith || old.relation == Relation::kNear);
-      });
-      said.push_back(std::move(c));
-    } else if (current_ != kNobody && current_ != open_owner_) {
-      anchorAt(current_);
-    } else if (request_.view && request_.view->phrase >= 0 && request_.view->phrase != open_owner_) {
-      anchorAt(request_.view->phrase);  // "facing the copier, the table on the left of it"
-    } else {
-      open_.reset();
-    }
-    return;
-  }
-  if (after_break_ && request_.target != kNobody) {
-    current_ = request_.target;
+    takeAnother(std::move(noun), predicate, first && determined);
   }
 }
 
@@ -382,108 +259,6 @@ void SentenceReader::takeBreak(bool is_stop) {
   current_ = request_.target;
   if (is_stop) {
     last_relation_.reset();
-  }
-}
-
-void SentenceReader::takeCue(const Piece& piece) {
-  const Cue& cue = piece.cue;
-  Constraint c;
-  switch (cue.kind) {
-    case CueKind::kRelation:
-      takeRelation(relationOf(static_cast<Relation>(cue.value)), piece.words.find(' ') != std::string::npos);
-      break;
-    case CueKind::kPlace:
-      c.kind = Constraint::Kind::kPlace, c.place = static_cast<Placement>(cue.value);
-      takePlace(std::move(c));
-      break;
-    case CueKind::kMeasure:
-    case CueKind::kColour:
-      c.kind = cue.kind == CueKind::kMeasure ? Constraint::Kind::kMeasure : Constraint::Kind::kColour;
-      c.measure = static_cast<Measure>(cue.value), c.sign = cue.sign, c.is_superlative = cue.is_superlative;
-      c.word = piece.words, c.is_negated = std::exchange(is_negated_, false) || negates_clause_;
-      adjectives_.push_back(std::move(c));
-      break;
-    case CueKind::kOrdinal:
-      rank_ = cue.value;
-      break;
-    case CueKind::kNumber:
-      count_ = cue.value;
-      break;
-    case CueKind::kNot:
-      is_negated_ = true;
-      break;
-    case CueKind::kFacing:
-    case CueKind::kFrom:
-    case CueKind::kEntering:
-      if (dangling_ && cue.kind == CueKind::kFrom && piece.words == "from") {
-        open_ = std::exchange(dangling_, std::nullopt), open_owner_ = dangling_owner_;
-      } else {
-        flushAdjectives();
-        open_view_ = cue.kind == CueKind::kFacing ? View::Kind::kFacing
-                     : cue.kind == CueKind::kFrom ? View::Kind::kFrom
-                                                  : View::Kind::kEntering;
-        if (cue.kind == CueKind::kEntering) {
-          request_.view = View{View::Kind::kEntering, -1};
-        }
-      }
-      break;
-    case CueKind::kPronoun:
-      takePronoun();
-      break;
-    case CueKind::kAny:
-    case CueKind::kRobot:
-    case CueKind::kRoom: {
-      if ((cue.kind == CueKind::kRobot && !open_) ||              // "you want the ..."
-          (cue.kind == CueKind::kRoom && beginsNoun(at_ + 1))) {  // "the bathroom door"
-        break;
-      }
-      Phrase p;
-      p.words = piece.words, p.is_any = cue.kind == CueKind::kAny;
-      p.is_robot = cue.kind == CueKind::kRobot, p.is_room = cue.kind == CueKind::kRoom;
-      takeNoun(std::move(p));
-      break;
-    }
-    case CueKind::kDeterminer:
-      had_determiner_ = true;
-      break;
-    case CueKind::kThis:
-      is_this_ = pieceAt(at_ + 1) != nullptr &&
-                 !(pieceAt(at_ + 1)->kind == Piece::Kind::kCue && pieceAt(at_ + 1)->cue.kind == CueKind::kIs);
-      if (!is_this_) {
-        takePronoun();
-      }
-      break;
-    case CueKind::kOther:
-      is_other_ = true;
-      break;
-    case CueKind::kAnd:
-      flushAdjectives();
-      after_and_ = true;
-      break;
-    case CueKind::kPick:
-      is_predicate_ = true, after_break_ = true;
-      break;
-    case CueKind::kIs:
-      is_predicate_ = is_predicate_ ||
-                      (at_ > 0 && pieces_[at_ - 1].kind == Piece::Kind::kCue &&
-                       (pieces_[at_ - 1].cue.kind == CueKind::kPronoun || pieces_[at_ - 1].cue.kind == CueKind::kAny));
-      break;
-    case CueKind::kFiller:
-      if (dangling_ && piece.words == "to") {
-        open_ = std::exchange(dangling_, std::nullopt), open_owner_ = dangling_owner_;
-      }
-      break;
-    case CueKind::kShape:
-    case CueKind::kPart:
-    case CueKind::kThat:
-    case CueKind::kOf:
-      break;
-  }
-  if (cue.kind != CueKind::kFiller && cue.kind != CueKind::kDeterminer && cue.kind != CueKind::kPick &&
-      cue.kind != CueKind::kNumber && cue.kind != CueKind::kOrdinal && cue.kind != CueKind::kMeasure &&
-      cue.kind != CueKind::kColour && cue.kind != CueKind::kShape && cue.kind != CueKind::kPronoun &&
-      cue.kind != CueKind::kIs && cue.kind != CueKind::kNot && cue.kind != CueKind::kAnd) {
-    after_break_ = false, after_and_ = false;
   }
 }
 

@@ -5,22 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "query/english.h"
-#include "query/lexicon.h"
+#include "query/pieces.h"
 #include "query/request.h"
 
 namespace hgg {
-
-/// Words cut into pieces: cues, nouns, and what is neither.
-struct Piece {
-  enum class Kind : std::uint8_t { kCue, kNoun, kBreak, kStop, kUnknown };
-  Kind kind = Kind::kUnknown;
-  std::string words;
-  Cue cue;
-  ClassFit classes;
-};
-
-std::vector<Piece> piecesOf(std::span<const std::string> words, const Lexicon& lexicon);
 
 /// Reads pieces from left to right into one request. It knows the thing asked for (the target), the thing spoken of
 /// last (the current one), the adjectives that wait for their noun, and the relation that waits for its anchor.
@@ -35,9 +23,20 @@ class SentenceReader {
   static constexpr int kNobody = -1;
 
   void takeCue(const Piece& piece);
+  void takeSmallWord(const Piece& piece);
   void takeRelation(Constraint constraint, bool needs_anchor);
   void takePlace(Constraint constraint);
+  void takeNouns();
   void takeNoun(Phrase phrase);
+  void takeAdjectives(Phrase& noun);
+  bool takeAsAnchor(Phrase& noun, bool is_conjoined);
+  void takeAgain(Phrase noun);
+  void takeAnother(Phrase noun, bool is_predicate, bool may_be_subject);
+  void takeView(CueKind kind, bool is_from);
+  void takeAttribute(const Piece& piece);
+  void takeWord(const Piece& piece);
+  void takeDangling();
+  bool pieceIs(std::size_t at, CueKind kind) const;
   void takePronoun();
   void takeBreak(bool is_stop);
   void anchorAt(int phrase);

@@ -28,6 +28,24 @@ enum class Relation : std::uint8_t {
   kWith,  // has the anchor on, in or beside it
 };
 
+/// What holds of the anchor when the relation holds of the owner.
+inline Relation inverseOf(Relation r) {
+  switch (r) {
+    case Relation::kOn:
+      return Relation::kSupporting;
+    case Relation::kSupporting:
+      return Relation::kOn;
+    case Relation::kAbove:
+      return Relation::kBelow;
+    case Relation::kBelow:
+      return Relation::kAbove;
+    case Relation::kInside:
+      return Relation::kWith;
+    default:
+      return r == Relation::kWith ? Relation::kNear : r;
+  }
+}
+
 /// Where a thing is among its like, or in the room.
 enum class Placement : std::uint8_t {
   kLeft,
@@ -63,6 +81,12 @@ struct Constraint {
   bool is_negated = false;
   double weight = 1;  // how sure it is that this was meant
 };
+
+inline Constraint relationOf(Relation r, double weight = 1) {
+  Constraint c;
+  c.kind = Constraint::Kind::kRelation, c.relation = r, c.weight = weight;
+  return c;
+}
 
 /// A thing that a request speaks of.
 struct Phrase {
