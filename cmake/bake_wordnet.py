@@ -2,7 +2,7 @@
 """bake_wordnet.py WORDNET_DIR OUT: the nouns for things one can touch, out of WordNet's noun files, as a C++ file.
 
 One line a noun: the lemma, then its synsets in the order of WordNet's senses. After an empty line one line a synset:
-its number, then its hypernyms. Synsets are numbered anew, from 0. Words with capitals (names, Latin) are left out.
+its number, then its hypernyms. Synsets are numbered anew, from 0. Words that are only written with capitals (names, Latin) are left out.
 """
 import sys
 
@@ -28,7 +28,7 @@ def read_synsets(path):
 
 def read_senses(path, synsets):
     """lemma -> offsets of its physical senses, the most frequent first."""
-    cased = {lemma.lower() for lemmas, _ in synsets.values() for lemma in lemmas if lemma != lemma.lower()}
+    spelled = {lemma for lemmas, _ in synsets.values() for lemma in lemmas}
     senses = {}
     with open(path, encoding="ascii") as file:
         for line in file:
@@ -38,7 +38,7 @@ def read_senses(path, synsets):
             lemma, pointers = fields[0], int(fields[3])
             offsets = [o for o in fields[4 + pointers + 2:] if o in synsets]
             plain = all(c.isalpha() or c in "_-" for c in lemma) and lemma.count("_") < 3
-            if offsets and plain and lemma not in cased:
+            if offsets and plain and lemma in spelled:
                 senses[lemma] = offsets
     return senses
 

@@ -118,7 +118,7 @@ std::optional<Standpoint> standpointOf(const std::vector<double>& v) {
 }
 
 Result<Session> openSession(const QueryOptions& o) {
-  Aliases aliases = builtinAliases();
+  Aliases aliases;
   if (!o.aliases.empty()) {
     const std::optional<std::string> text = readFile(o.aliases);
     const Result<Aliases> own = text ? parseAliases(*text, o.aliases)
@@ -138,7 +138,7 @@ Result<Session> openSession(const QueryOptions& o) {
   }
   QueryScene scene = sceneOf(stored->map);
   LexiconLayers layers;
-  layers.aliases = &aliases;
+  layers.more_aliases = &aliases;
   Lexicon lexicon(scene.class_names, layers);
   Session session{
       std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}, 0, {}};

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "default_aliases.h"
@@ -15,6 +16,14 @@ void Aliases::add(const Aliases& other) {
     mine.insert(mine.end(), more.begin(), more.end());
   }
   senses.insert(other.senses.begin(), other.senses.end());
+}
+
+void Aliases::addMissing(const Aliases& other) {
+  for (const auto& [name, more] : other.words) {
+    if (words.try_emplace(name, more).second && other.senses.contains(name)) {
+      senses.insert({name, other.senses.at(name)});
+    }
+  }
 }
 
 Result<Aliases> parseAliases(const std::string& toml_text, const std::string& source_name) {
@@ -55,19 +64,27 @@ Result<Aliases> parseAliases(const std::string& toml_text, const std::string& so
   return Result<Aliases>::ok(std::move(aliases));
 }
 
-const Aliases& builtinAliases() {
-  static const Aliases kBuiltin = [] {
-    Aliases all;
+Aliases builtinAliases(const std::map<ClassId, std::string>& class_names) {
+  static const std::vector<Aliases> kSets = [] {
+    std::vector<Aliases> sets;
     for (const auto& [source, text] : kDefaultAliases) {
-      const Result<Aliases> set = parseAliases(text, source);
+      Result<Aliases> set = parseAliases(text, source);
       if (!set) {
-        std::abort();  // a shipped file is broken, which tests/query/aliases_test.cpp finds
+        std::abort();  // a shipped file is broken, which tests/query/lexicon_test.cpp finds
       }
-      all.add(*set);
+      sets.push_back(std::move(*set));
     }
-    return all;
+    return sets;
   }();
-  return kBuiltin;
+  const auto named = [&](const Aliases& set) {
+    return std::ranges::count_if(class_names, [&](const auto& entry) { return set.words.contains(entry.second); });
+  };
+  const auto best = std::ranges::max_element(kSets, {}, named);
+  Aliases all = *best;
+  for (const Aliases& set : kSets) {
+    all.addMissing(set);
+  }
+  return all;
 }
 
 }  // namespace hgg

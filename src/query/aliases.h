@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "core/types.h"
 
 namespace hgg {
 
@@ -23,6 +24,8 @@ struct Aliases {
 
   /// Adds what another set says. Of a class that both name, all of both.
   void add(const Aliases& other);
+  /// Adds what another set says of classes that this one does not name.
+  void addMissing(const Aliases& other);
 };
 
 /// Share of a word that the file marks with "~": it means the class at times.
@@ -30,7 +33,8 @@ inline constexpr double kLooseShare = 0.25;
 
 Result<Aliases> parseAliases(const std::string& toml_text, const std::string& source_name);
 
-/// Those of all label sets that are shipped.
-const Aliases& builtinAliases();
+/// The shipped words for a map with these class names: those of the label set that names most of them, and those of the
+/// others for the classes that it does not name. What a set calls a shelf can be a bookshelf in another.
+Aliases builtinAliases(const std::map<ClassId, std::string>& class_names);
 
 }  // namespace hgg

@@ -88,6 +88,11 @@ std::vector<Standing> standings(const CostGrid& grid, const TraversabilityConfig
 std::optional<Goal> firstReachable(const std::vector<Standing>& options, const MapNode& node, const CostGrid& grid,
                                    const TraversabilityConfig& limits, const PlanPoint& from, double ground_z,
                                    int tries, std::string& why) {
+  Eigen::AlignedBox3d all;
+  for (const Eigen::AlignedBox3d& b : surfacesOf(node)) {
+    all.extend(b);
+  }
+  const Vec3 middle = all.center();
   std::vector<Vec3> tried;
   for (const Standing& s : options) {
     if (std::ranges::any_of(tried, [&](const Vec3& t) { return (t - s.position).norm() < kApart; })) {
@@ -99,7 +104,7 @@ std::optional<Goal> firstReachable(const std::vector<Standing>& options, const M
     tried.push_back(s.position);
     Plan plan = planPath(grid, limits, {from, {s.position.x(), s.position.y(), s.position.z()}, ground_z, false});
     if (plan.found) {
-      const Vec3 towards = node.belief.mean - s.position;
+      const Vec3 towards = middle - s.position;
       return Goal{true, s.position, std::atan2(towards.y(), towards.x()), s.distance, std::move(plan.path), {}};
     }
     why = why.empty() ? plan.reason : why;

@@ -163,8 +163,14 @@ class Grounder {
 
   std::vector<double> likelihoodsOf(const Constraint& said, const Field& field, const Peers& peers) {
     switch (said.kind) {
-      case Constraint::Kind::kPlace:
-        return likelihoodOfPlace(scene_, peers, said, gazesFor(field.things));
+      case Constraint::Kind::kPlace: {
+        Constraint place = said;
+        if (said.is_bare) {  // from where one comes; without that, as one reads
+          const bool comes = from_ || (request_.view && request_.view->kind == View::Kind::kEntering);
+          place.place = comes ? Placement::kFront : Placement::kLeft;
+        }
+        return likelihoodOfPlace(scene_, peers, place, gazesFor(field.things));
+      }
       case Constraint::Kind::kMeasure:
         return likelihoodOfMeasure(scene_, peers, said);
       case Constraint::Kind::kColour:

@@ -19,7 +19,7 @@ constexpr double kOtherNumber = 0.8, kHeadOfName = 0.35, kRespelled = 0.8;
 constexpr double kKindOfClass = 0.7, kPerStep = 0.85, kGroupOfClasses = 0.5;
 constexpr int kMostSteps = 4;
 /// Meanings above this depth are too general to say what is meant: artifact, instrumentality, whole.
-constexpr int kLeastDepth = 3;
+constexpr int kLeastDepth = 2;
 constexpr std::size_t kSenses = 2;                        // that a word is used in: rarer ones mislead
 constexpr double kLeastCosine = 0.5, kCosineScale = 0.1;  // of embeddings; another encoder needs another scale
 
@@ -45,21 +45,22 @@ std::string wordnetForm(std::span<const std::string> words) {
 }  // namespace
 
 Lexicon::Lexicon(const std::map<ClassId, std::string>& class_names, const LexiconLayers& layers)
-    : layers_(layers), names_(class_names) {
+    : layers_(layers), aliases_(layers.aliases ? builtinAliases(class_names) : Aliases{}), names_(class_names) {
+  if (layers.more_aliases != nullptr) {
+    aliases_.add(*layers.more_aliases);
+  }
   for (const auto& [id, name] : class_names) {
     own_names_.insert(joined(split(name)));
   }
   for (const auto& [id, name] : class_names) {
     addName(id, name, 1, layers.forms);
-    if (layers.aliases != nullptr) {
-      const auto aliases = layers.aliases->words.find(name);
-      for (const Alias& alias : aliases != layers.aliases->words.end() ? aliases->second : std::vector<Alias>{}) {
-        const bool is_anothers = own_names_.contains(joined(split(alias.words)));
-        addName(id, alias.words, alias.share * (is_anothers ? kNameOfAnother : 1), false);
-      }
+    const auto aliases = aliases_.words.find(name);
+    for (const Alias& alias : aliases != aliases_.words.end() ? aliases->second : std::vector<Alias>{}) {
+      const bool is_anothers = own_names_.contains(joined(split(alias.words)));
+      addName(id, alias.words, alias.share * (is_anothers ? kNameOfAnother : 1), false);
     }
     if (layers.wordnet != nullptr) {
-      meanings_[id] = meaningsOf(id, name);
+      meanings_[id] = meaningsOf(name);
     }
   }
   for (const auto& [key, fit] : fits_) {
@@ -126,7 +127,7 @@ const ClassFit* Lexicon::findRespelled(const std::string& word) const {
   return best;
 }
 
-std::vector<Wordnet::Synset> Lexicon::meaningsOf(ClassId, const std::string& name) const {
+std::vector<Wordnet::Synset> Lexicon::meaningsOf(const std::string& name) const {
   std::vector<std::string> words = split(name);
   if (words.empty()) {
     return {};
@@ -136,14 +137,11 @@ std::vector<Wordnet::Synset> Lexicon::meaningsOf(ClassId, const std::string& nam
     words.back() = singularOf(words.back());
     senses = layers_.wordnet->sensesOf(wordnetForm(words));
   }
-  if (layers_.aliases != nullptr) {
-    if (const auto pinned = layers_.aliases->senses.find(name); pinned != layers_.aliases->senses.end()) {
-      const std::vector<Wordnet::Synset>& roots = layers_.wordnet->sensesOf(pinned->second);
-      std::erase_if(senses, [&](Wordnet::Synset s) {
-        return std::ranges::none_of(roots,
-                                    [&](Wordnet::Synset r) { return layers_.wordnet->stepsUp(s, r).has_value(); });
-      });
-    }
+  if (const auto pinned = aliases_.senses.find(name); pinned != aliases_.senses.end()) {
+    const std::vector<Wordnet::Synset>& roots = layers_.wordnet->sensesOf(pinned->second);
+    std::erase_if(senses, [&](Wordnet::Synset s) {
+      return std::ranges::none_of(roots, [&](Wordnet::Synset r) { return layers_.wordnet->stepsUp(s, r).has_value(); });
+    });
   }
   senses.resize(std::min<std::size_t>(senses.size(), 1));
   return senses;
@@ -185,11 +183,15 @@ ClassFit Lexicon::byEmbedding(const std::string& phrase) const {
 }
 
 Noun Lexicon::nounAt(std::span<const std::string> words, std::size_t at) const {
-  std::size_t most = 1;
+  std::size_t most = 1, longest = 1;  // of plain words; of words
   while (most < kLongestNoun && at + most < words.size() && isPlainWord(words[at + most])) {
     ++most;
   }
-  for (std::size_t n = most; n > 0; --n) {
+  while (longest < kLongestNoun && at + longest < words.size() && words[at + longest] != "," &&
+         words[at + longest] != ".") {
+    ++longest;
+  }
+  for (std::size_t n = longest; n > 0; --n) {
     if (ClassFit fit = classesOf(words.subspan(at, n)); !fit.empty()) {
       return {n, std::move(fit)};
     }

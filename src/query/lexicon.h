@@ -19,9 +19,10 @@ using ClassFit = std::map<ClassId, double>;
 
 /// Where words are looked up, besides the names of the classes. Each can be left out.
 struct LexiconLayers {
-  const Aliases* aliases = &builtinAliases();
-  bool forms = true;     // plurals, the last word of a name ("chair" for "office chair")
-  bool spelling = true;  // words with a mistake or two
+  bool aliases = true;                    // those of the label sets
+  const Aliases* more_aliases = nullptr;  // those of a user
+  bool forms = true;                      // plurals, the last word of a name ("chair" for "office chair")
+  bool spelling = true;                   // words with a mistake or two
   const Wordnet* wordnet = &Wordnet::builtin();
   const Embeddings* embeddings = nullptr;
 };
@@ -49,9 +50,10 @@ class Lexicon {
   const ClassFit* findRespelled(const std::string& word) const;
   ClassFit byKind(const std::string& noun) const;
   ClassFit byEmbedding(const std::string& phrase) const;
-  std::vector<Wordnet::Synset> meaningsOf(ClassId id, const std::string& name) const;
+  std::vector<Wordnet::Synset> meaningsOf(const std::string& name) const;
 
   LexiconLayers layers_;
+  Aliases aliases_;
   std::unordered_map<std::string, ClassFit> fits_;  // by words joined (words.h)
   std::vector<std::string> spellings_;              // of the keys that may be misspelled, sorted
   std::map<ClassId, std::string> names_;

@@ -70,10 +70,12 @@ int SentenceReader::addPhrase(Phrase phrase) {
 }
 
 void SentenceReader::describe(int owner, Constraint constraint) {
-  if (owner == kNobody) {
-    orphans_.push_back(std::move(constraint));
+  std::vector<Constraint>& said = owner == kNobody ? orphans_ : phrase(owner).constraints;
+  const auto bare = std::ranges::find_if(said, &Constraint::is_bare);
+  if (constraint.kind == Constraint::Kind::kPlace && !constraint.ranked && bare != said.end()) {
+    bare->place = constraint.place, bare->is_bare = false;  // "the second chair from the left"
   } else {
-    phrase(owner).constraints.push_back(std::move(constraint));
+    said.push_back(std::move(constraint));
   }
 }
 
@@ -153,7 +155,7 @@ void SentenceReader::takeAdjectives(Phrase& noun) {
   }
   if (rank_ != 0) {
     Constraint c;
-    c.kind = Constraint::Kind::kPlace, c.rank = std::exchange(rank_, 0), c.ranked = true;
+    c.kind = Constraint::Kind::kPlace, c.rank = std::exchange(rank_, 0), c.ranked = c.is_bare = true;
     noun.constraints.push_back(std::move(c));
   }
 }

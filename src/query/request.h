@@ -72,8 +72,9 @@ struct Constraint {
   Relation relation = Relation::kNear;
   std::vector<int> anchors;  // phrases of the request; several: it lies so to all of them together (between)
   Placement place = Placement::kLeft;
-  int rank = 1;         // the second from the left is 2
-  bool ranked = false;  // an ordinal was given
+  int rank = 1;          // the second from the left is 2
+  bool is_bare = false;  // a rank, of which it was not said from where it counts
+  bool ranked = false;   // an ordinal was given
   Measure measure = Measure::kSize;
   double sign = 1;  // of a measure: 1 for large, -1 for small
   bool is_superlative = false;

@@ -142,7 +142,7 @@ int spellingDistance(std::string_view a, std::string_view b, int limit) {
   return std::min(rows[n % 3][m], limit + 1);
 }
 
-int toleratedMistakes(std::size_t length) { return length < 5 ? 0 : length < 8 ? 1 : 2; }
+int toleratedMistakes(std::size_t length) { return length < 5 ? 0 : length < 7 ? 1 : 2; }
 
 std::string joined(const std::vector<std::string>& words) {
   std::string all;
