@@ -70,7 +70,7 @@ std::string roomOf(const std::string& path) {
   }
   static const std::set<std::string> kRooms{"config", "mapper", "stats"};
   const std::string stem = fs::path(path).stem().string();
-  return kRooms.contains(stem) ? stem : stem == "default_classes" ? "core" : "top";
+  return kRooms.contains(stem) ? stem : stem == "default_classes" || stem == "default_aliases" ? "core" : "top";
 }
 
 /// Rooms that plug the others together: they may include anything, log, and talk to the user.
