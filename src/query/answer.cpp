@@ -68,6 +68,20 @@ std::string nameOf(const QueryScene& scene, ClassId label) {
   return it != scene.class_names.end() ? it->second : fmt::format("class {}", label);
 }
 
+/// Of the anchors that are about as likely as any, the nearest to the thing (for far: the farthest).
+const SceneThing& anchorToName(const QueryScene& scene, const Referents& found, const SceneThing& thing,
+                               bool farthest) {
+  const SceneThing* best = nullptr;
+  for (const Referent& r : found) {
+    const SceneThing& a = scene.things[static_cast<std::size_t>(r.thing)];
+    const bool likely = r.probability > 0.3 * found.front().probability && a.id != thing.id;
+    if (likely && (best == nullptr || (gapBetween(a, thing) < gapBetween(*best, thing)) != farthest)) {
+      best = &a;
+    }
+  }
+  return best != nullptr ? *best : scene.things[static_cast<std::size_t>(found.front().thing)];
+}
+
 /// Why this thing: what was said of it, with the anchors that were found.
 std::string reasonFor(const Request& request, const Grounding& grounding, const QueryScene& scene,
                       const SceneThing& thing) {
@@ -87,7 +101,7 @@ std::string reasonFor(const Request& request, const Grounding& grounding, const 
         reason += fmt::format(" \"{}\"", words);
         continue;
       }
-      const SceneThing& a = scene.things[static_cast<std::size_t>(found.front().thing)];
+      const SceneThing& a = anchorToName(scene, found, thing, c.relation == Relation::kFar);
       reason += fmt::format(" the {} {} ({:.1f} m)", nameOf(scene, a.label), a.id, gapBetween(thing, a));
     }
   }

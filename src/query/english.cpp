@@ -234,7 +234,8 @@ std::vector<std::string> expand(const std::string& pattern) {
     std::vector<std::string> next;
     for (const std::string& before : all) {
       for (const std::string& word : split(slot, '|')) {
-        next.push_back(before + (before.empty() || word.empty() ? "" : " ") + word);
+        next.push_back(before);
+        next.back().append(before.empty() || word.empty() ? "" : " ").append(word);
       }
       if (optional) {
         next.push_back(before);

@@ -27,7 +27,7 @@ class SentenceReader {
   void takeRelation(Constraint constraint, bool needs_anchor);
   void takePlace(Constraint constraint);
   void takeNouns();
-  void takeNoun(Phrase phrase);
+  void takeNoun(Phrase noun);
   void takeAdjectives(Phrase& noun);
   bool takeAsAnchor(Phrase& noun, bool is_conjoined);
   void takeAgain(Phrase noun);
@@ -39,9 +39,9 @@ class SentenceReader {
   bool pieceIs(std::size_t at, CueKind kind) const;
   void takePronoun();
   void takeBreak(bool is_stop);
-  void anchorAt(int phrase);
-  void becomeTarget(int phrase);
-  void mention(int phrase);
+  void anchorAt(int anchor);
+  void becomeTarget(int phrase_index);
+  void mention(int phrase_index);
   void describe(int owner, Constraint constraint);
   void flushAdjectives();
   void finish();
