@@ -38,7 +38,7 @@ const Row kRows[] = {
     {relation(Relation::kFar),
      "farthest from/furthest from/farthest away from/furthest away from/far from/far away from/away from/"
      "farthest to/furthest to/farther from/further from/farther away from/further away from/most far from/"
-     "most distant from/distant from/farthest/furthest/farther/further/not near/not close to/the farthest/"
+     "most distant from/distant from/farthest/furthest/farther/further/not near/not close to/"
      "opposite end from/fartherest from/furtherest from"},
     {relation(Relation::kBetween),
      "between/in between/in the middle of|between/in the center|centre of/among/amongst/sandwiched between/"

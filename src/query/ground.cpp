@@ -20,6 +20,8 @@ constexpr double kLeastAnchor = 0.02;
 constexpr double kPeerSlack = 1.2;
 /// How much of what the scene says of the classes that a word may mean is left out: 0 none, 1 all.
 constexpr double kWordOverScene = 0.85;
+/// That people say "on the right" of what is on the left.
+constexpr double kWrongSide = 0.05;
 const Vec3 kRobotHalf(0.25, 0.25, 1);  // m: half a robot
 
 /// Things that a phrase may mean, with log-probabilities that need not add up.
@@ -169,7 +171,8 @@ class Grounder {
           const bool comes = from_ || (request_.view && request_.view->kind == View::Kind::kEntering);
           place.place = comes ? Placement::kFront : Placement::kLeft;
         }
-        return likelihoodOfPlace(scene_, peers, place, gazesFor(field.things));
+        return isBesideTheWay(place) ? likelihoodsBesideTheWay(place, peers)
+                                     : likelihoodOfPlace(scene_, peers, place, gazesFor(field.things));
       }
       case Constraint::Kind::kMeasure:
         return likelihoodOfMeasure(scene_, peers, said);
@@ -195,6 +198,29 @@ class Grounder {
     }
     return said.relation == Relation::kFar ? likelihoodsFarFrom(scene_, field.things, anchors)
                                            : toAnchors(said.relation, field, anchors);
+  }
+
+  /// "The second car on the right", to somebody on the way: of those on that side, the second that one comes to.
+  bool isBesideTheWay(const Constraint& said) const {
+    const bool is_side = said.place == Placement::kLeft || said.place == Placement::kRight;
+    return is_side && said.ranked && from_ && !request_.view && !said.word.starts_with("from");
+  }
+
+  std::vector<double> likelihoodsBesideTheWay(const Constraint& said, const Peers& peers) const {
+    const Vec2 ahead(std::cos(from_->yaw), std::sin(from_->yaw));
+    const Vec2 side = said.place == Placement::kLeft ? leftOf(ahead) : Vec2(-leftOf(ahead));
+    Peers beside{peers.things, {}};
+    std::vector<double> nearness;
+    for (std::size_t i = 0; i < peers.things.size(); ++i) {
+      const Vec2 apart = thing(peers.things[i]).centre.head<2>() - Vec2(from_->x, from_->y);
+      beside.is_peer.push_back(peers.is_peer[i] && apart.dot(side) > 0 && apart.dot(ahead) > 0);
+      nearness.push_back(-apart.norm());
+    }
+    std::vector<double> likelihoods = likelihoodOfRank(nearness, beside, said);
+    for (std::size_t i = 0; i < likelihoods.size(); ++i) {
+      likelihoods[i] *= beside.is_peer[i] ? 1 : kWrongSide;
+    }
+    return likelihoods;
   }
 
   std::vector<double> toAnchors(Relation relation, const Field& field, const Referents& anchors) {

@@ -34,7 +34,8 @@ std::vector<Piece> piecesOf(std::span<const std::string> words, const Lexicon& l
     }
     Piece piece;
     std::size_t length = 1;
-    if (noun.length > cue.length) {
+    const bool is_class = cue.cue.kind == CueKind::kRoom && !noun.classes.empty();  // a map of a town has buildings
+    if (noun.length > cue.length || (noun.length == cue.length && is_class)) {
       piece.kind = Piece::Kind::kNoun, piece.classes = noun.classes, length = noun.length;
     } else if (cue.length > 0) {
       piece.kind = Piece::Kind::kCue, piece.cue = cue.cue, length = cue.length;

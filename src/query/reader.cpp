@@ -73,7 +73,8 @@ void SentenceReader::describe(int owner, Constraint constraint) {
   std::vector<Constraint>& said = owner == kNobody ? orphans_ : phrase(owner).constraints;
   const auto bare = std::ranges::find_if(said, &Constraint::is_bare);
   if (constraint.kind == Constraint::Kind::kPlace && !constraint.ranked && bare != said.end()) {
-    bare->place = constraint.place, bare->is_bare = false;  // "the second chair from the left"
+    bare->place = constraint.place, bare->word = constraint.word,
+    bare->is_bare = false;  // "the second chair from the left"
   } else {
     said.push_back(std::move(constraint));
   }

@@ -149,7 +149,7 @@ void SentenceReader::takeCue(const Piece& piece) {
       break;
     case CueKind::kPlace: {
       Constraint c;
-      c.kind = Constraint::Kind::kPlace, c.place = static_cast<Placement>(cue.value);
+      c.kind = Constraint::Kind::kPlace, c.place = static_cast<Placement>(cue.value), c.word = piece.words;
       takePlace(std::move(c));
       break;
     }

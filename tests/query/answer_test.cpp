@@ -46,6 +46,17 @@ TEST(Answer, LeftAndRightAreThoseOfWhoStandsThere) {
   EXPECT_EQ(room().first("the closest lamp", Standpoint{3, 2, 0}), 6);
 }
 
+TEST(Answer, OnTheWayTheSecondOnTheRightIsTheSecondThatOneComesTo) {
+  Room street;
+  for (const double x : {5, 12, 20}) {
+    street.add("car", {x, -3, 0.7}, {4, 1.8, 1.5}).add("car", {x + 1, 3, 0.7}, {4, 1.8, 1.5});
+  }
+  EXPECT_EQ(street.first("the second parked car on the right", Standpoint{0, 0, 0}), 2);
+  EXPECT_EQ(street.first("the second car on the left", Standpoint{0, 0, 0}), 3);
+  EXPECT_EQ(street.first("the third car on the right", Standpoint{30, 0, 3.14159}), 1);  // coming the other way
+  EXPECT_EQ(street.first("the farthest car", Standpoint{0, 0, 0}), 5);
+}
+
 TEST(Answer, LeftAndRightAreThoseOfTheViewThatIsSaid) {
   EXPECT_EQ(room().first("facing the bed, the chair on the left"), 2);  // the bed's front is to the south
   EXPECT_EQ(room().first("facing the bed, the chair on the right"), 4);
