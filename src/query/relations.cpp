@@ -14,7 +14,7 @@ constexpr double kFarPower = 11;
 constexpr double kTouch = 0.1;         // m: boxes of things that touch are so far apart at most
 constexpr double kHeightNoise = 0.12;  // m: boxes have headboards and backrests
 constexpr double kReach = 0.35;        // m: above, below and on are said of what is so far to the side, at most
-constexpr double kTurnNoise = 2.5;     // concentration of directions people say: about 40 degrees
+constexpr double kTurnNoise = 3;       // concentration of directions people say: about 35 degrees
 constexpr double kFloor = 0.02;        // what people say and no model follows
 
 double logistic(double x) { return 1 / (1 + std::exp(-x)); }
@@ -81,7 +81,7 @@ double likelihoodAbove(const SceneThing& thing, const SceneThing& anchor) {
 
 double likelihoodBelow(const SceneThing& thing, const SceneThing& anchor) {
   const double sigma = sigmaBetween(thing, anchor);
-  return floored(isAboveZero(anchor.centre.z() - thing.centre.z(), sigma) *
+  return floored(isAboveZero(bottomOf(anchor) - thing.centre.z(), sigma) *
                  nearness(groundDistance(thing, anchor), sigma, kReach, 3) *
                  nearness(std::max(bottomOf(anchor) - topOf(thing), 0.0), sigma, 1.0, 1));
 }
@@ -118,7 +118,7 @@ double likelihoodTowards(const SceneThing& thing, const SceneThing& anchor, cons
 
 double likelihoodBeside(const SceneThing& thing, const SceneThing& anchor, const Vec2& towards) {
   return likelihoodTowards(thing, anchor, towards) *
-         nearness(gapBetween(thing, anchor), sigmaBetween(thing, anchor), 1.0, 2);
+         nearness(gapBetween(thing, anchor), sigmaBetween(thing, anchor), 1.0, 1.5);
 }
 
 }  // namespace hgg
