@@ -16,7 +16,7 @@ constexpr double kPerMetre = 0.05;     // of a pose's score: a metre of way coun
 constexpr double kBestDistance = 0.6;  // m: near enough to reach, far enough to turn
 constexpr double kEdgeInSigmas = 1.7320508;  // as query/scene.cpp
 
-struct Standing {
+struct StandingPlace {
   Vec3 position = Vec3::Zero();
   double distance = 0, score = 0;
 };
@@ -48,15 +48,15 @@ double groundDistance(const std::vector<Eigen::AlignedBox3d>& boxes, double x, d
 }
 
 /// Where one can stand within `reach` of the thing and no nearer than `least`, the best first.
-std::vector<Standing> standings(const CostGrid& grid, const TraversabilityConfig& limits, const MapNode& node,
-                                const PlanPoint& from, double least, double reach) {
+std::vector<StandingPlace> standings(const CostGrid& grid, const TraversabilityConfig& limits, const MapNode& node,
+                                     const PlanPoint& from, double least, double reach) {
   const std::vector<Eigen::AlignedBox3d> boxes = surfacesOf(node);
   Eigen::AlignedBox3d all;
   for (const Eigen::AlignedBox3d& b : boxes) {
     all.extend(b);
   }
   const GridShape& shape = grid.shape;
-  std::vector<Standing> found;
+  std::vector<StandingPlace> found;
   const double step = std::max(shape.resolution, limits.footprint_radius / 2);  // m
   const auto stride = static_cast<std::int32_t>(std::max(1.0, std::round(step / shape.resolution)));
   for (std::int32_t row = std::max(0, shape.rowOf(all.min().y() - reach));
@@ -80,12 +80,12 @@ std::vector<Standing> standings(const CostGrid& grid, const TraversabilityConfig
       }
     }
   }
-  std::ranges::stable_sort(found, {}, &Standing::score);
+  std::ranges::stable_sort(found, {}, &StandingPlace::score);
   return found;
 }
 
 /// The first of the standings that a path leads to; `why` is what stopped the first of those that failed.
-std::optional<Goal> firstReachable(const std::vector<Standing>& options, const MapNode& node, const CostGrid& grid,
+std::optional<Goal> firstReachable(const std::vector<StandingPlace>& options, const MapNode& node, const CostGrid& grid,
                                    const TraversabilityConfig& limits, const PlanPoint& from, double ground_z,
                                    int tries, std::string& why) {
   Eigen::AlignedBox3d all;
@@ -94,7 +94,7 @@ std::optional<Goal> firstReachable(const std::vector<Standing>& options, const M
   }
   const Vec3 middle = all.center();
   std::vector<Vec3> tried;
-  for (const Standing& s : options) {
+  for (const StandingPlace& s : options) {
     if (std::ranges::any_of(tried, [&](const Vec3& t) { return (t - s.position).norm() < kApart; })) {
       continue;
     }
@@ -123,14 +123,14 @@ Goal findGoal(const Map& map, NodeId target, const CostGrid& grid, const Travers
     return none;
   }
   std::string why;
-  const std::vector<Standing> near = standings(grid, limits, *node, from, 0, kGoalReach);
+  const std::vector<StandingPlace> near = standings(grid, limits, *node, from, 0, kGoalReach);
   if (std::optional<Goal> goal = firstReachable(near, *node, grid, limits, from, ground_z, kTries, why)) {
     return *goal;
   }
   why = near.empty() ? fmt::format("no ground to stand on is known within {:.1f} m of it", kGoalReach)
                      : fmt::format("nothing within {:.1f} m of it can be reached ({})", kGoalReach, why);
   std::string far_why;
-  const std::vector<Standing> far = standings(grid, limits, *node, from, kGoalReach, kFarthest);
+  const std::vector<StandingPlace> far = standings(grid, limits, *node, from, kGoalReach, kFarthest);
   if (std::optional<Goal> goal = firstReachable(far, *node, grid, limits, from, ground_z, kFarTries, far_why)) {
     goal->reason = why;
     return *goal;
