@@ -179,6 +179,28 @@ timeout 60 "$hggmap" plan yard/map.hgg --from 0,0 --to 9000,0 --json > answer.js
 code=$?
 [ "$code" -eq 1 ] && grep -q '"found":false.*outside' answer.json || complain "a goal outside: exit $code, $(head -c 300 answer.json)"
 
+# Graphs from elsewhere, and what a sentence means in them.
+cat > room.json << 'JSON'
+{"objects":[{"id":0,"label":"table","center":[0,0,0.4],"size":[1,1,0.8]},{"id":4,"label":"lamp","center":[0,0,1],"size":[0.2,0.2,0.4]},
+ {"id":9,"label":"lamp","center":[3,2,0.8],"size":[0.3,0.3,1.6],"rgb":[200,30,30]}]}
+JSON
+says '3 objects of 2 classes' "$hggmap" import room.json -o room.hgg
+says ' 4  lamp ' "$hggmap" query room.hgg 'the lamp on the table'
+says '"status":"ok".*"id":9.*"goal":null' "$hggmap" query room.hgg 'the red lamp' --json
+printf '{"text":"the table"}\n{"text":"the lamp on the left","from":[1,-3,1.57]}\n' > questions.jsonl
+[ "$("$hggmap" query room.hgg --batch questions.jsonl | grep -c '"answers":\[{"id"')" -eq 2 ] || complain "query --batch"
+for text in 'the banana' '' '}{' "$(head -c 10000 /dev/zero | tr '\0' x)" "$(printf '\377\376')"; do
+  timeout 20 "$hggmap" query room.hgg "$text" --json > answer.json 2> stderr
+  code=$?
+  [ "$code" -eq 1 ] || [ -z "$text" ] && [ "$code" -le 2 ] || complain "query '$(head -c 20 <<< "$text")': exit $code"
+done
+echo '{"text":3}' > bad.jsonl
+for command in 'import missing.json -o no.hgg' 'import text.log -o no.hgg' 'query missing.hgg chair' 'query room.hgg' \
+  'query room.hgg --batch bad.jsonl' 'query room.hgg chair --from 1,2'; do
+  # shellcheck disable=SC2086
+  expect 2 1 '.' "$hggmap" $command
+done
+
 # Where the results go: each command to its own default, and nowhere at all on a bad URL's account.
 expect 2 1 '.' "$hggmap" replay text.log
 [ ! -e out/run ] || complain "replay wrote into out/run"

@@ -7,6 +7,7 @@ packages=(
   liblcm-dev liblcm-bin libglib2.0-dev                        # the bus (lcm.pc needs glib's)
   libeigen3-dev libceres-dev libnanoflann-dev liboctomap-dev libzstd-dev
   libcli11-dev libtomlplusplus-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
+  wordnet-base                                                # nouns for queries; without it hggmap knows fewer words
   libgtest-dev libbenchmark-dev
   python3 iproute2 util-linux                                 # test scripts: loopback-only network namespace
 )

@@ -13,6 +13,8 @@ void addExport(CLI::App& app, Action& action);
 void addAlign(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
 void addPlan(CLI::App& app, Action& action);
+void addImport(CLI::App& app, Action& action);
+void addQuery(CLI::App& app, Action& action);
 
 /// All of them, in the order of --help.
 void addCommands(CLI::App& app, Action& action);

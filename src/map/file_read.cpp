@@ -95,6 +95,28 @@ ClassBelief getClasses(Reader& r) {
   return classes;
 }
 
+Looks getLooks(Reader& r) {
+  Looks looks;
+  const auto bits = r.get<std::uint8_t>();
+  r.require(bits <= (kHasColour | kHasFront));
+  if ((bits & kHasColour) != 0) {
+    std::array<std::uint8_t, 3> rgb{};
+    for (std::uint8_t& v : rgb) {
+      v = r.get<std::uint8_t>();
+    }
+    looks.rgb = rgb;
+  }
+  if ((bits & kHasFront) != 0) {
+    Vec3 front;
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      front[i] = static_cast<double>(r.get<float>());
+    }
+    r.require(std::abs(front.norm() - 1) < 1e-3);
+    looks.front_object = front;
+  }
+  return looks;
+}
+
 MapNode getNode(Reader& r, std::uint32_t version) {
   MapNode node;
   node.id = r.get<NodeId>();
@@ -121,6 +143,9 @@ MapNode getNode(Reader& r, std::uint32_t version) {
     node.classes = getClasses(r);
   } else if (!node.stuff) {
     addViews(node.classes, {{node.label, static_cast<float>(std::max(node.views, 0))}});
+  }
+  if (version > kMapVersionWithoutLooks) {
+    node.looks = getLooks(r);
   }
   return node;
 }
@@ -219,7 +244,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   KeyframeGraph keyframes = getKeyframes(r, version);
   const auto keyframe_count = static_cast<KeyframeId>(keyframes.poses().size());
   std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), 8 + 3 + 12 + 80 + 96 + 24));
-  NodeId last_id = 0;
+  NodeId last_id = -1;
   const AnchorByTime anchorOf(keyframes);
   for (MapNode& node : nodes) {
     node = getNode(r, version);

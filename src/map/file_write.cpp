@@ -25,11 +25,11 @@ using Output = std::function<bool(std::string_view)>;
 /// Writes the payload in compressed frames as it comes, so that saving a map needs a frame's memory beside the map.
 class Writer {
  public:
-  explicit Writer(Output output) : output_(std::move(output)), context_(ZSTD_createCCtx(), ZSTD_freeCCtx) {
+  Writer(Output output, std::uint32_t version)
+      : output_(std::move(output)), version_(version), context_(ZSTD_createCCtx(), ZSTD_freeCCtx) {
     ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_compressionLevel, kCompressionLevel);
     ZSTD_CCtx_setParameter(context_.get(), ZSTD_c_checksumFlag, 1);
-    stored_ = output_(kMapMagic) &&
-              output_(std::string_view(reinterpret_cast<const char*>(&kMapVersion), sizeof(kMapVersion)));
+    stored_ = output_(kMapMagic) && output_(std::string_view(reinterpret_cast<const char*>(&version), sizeof(version)));
   }
 
   template <typename T>
@@ -64,6 +64,7 @@ class Writer {
     }
   }
 
+  std::uint32_t version() const { return version_; }
   /// False when a number was not finite: the reader would refuse the file.
   bool finite() const { return finite_; }
   /// False when some of it could not be compressed (no memory).
@@ -85,12 +86,35 @@ class Writer {
   }
 
   Output output_;
+  std::uint32_t version_;
   std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context_;
   std::string payload_, frame_;
   bool finite_ = true, packed_ = true, stored_ = true;
 };
 
-void putNode(Writer& w, const MapNode& node) {
+bool hasLooks(const MapNode& node) { return node.looks.rgb || node.looks.front_object; }
+
+std::uint32_t versionOf(const Map& map) {
+  return std::ranges::any_of(map.nodes(), [](const auto& entry) { return hasLooks(entry.second); })
+             ? kMapVersion
+             : kMapVersionWithoutLooks;
+}
+
+void putLooks(Writer& w, const Looks& looks) {
+  w.put(static_cast<std::uint8_t>((looks.rgb ? kHasColour : 0) | (looks.front_object ? kHasFront : 0)));
+  if (looks.rgb) {
+    for (const std::uint8_t v : *looks.rgb) {
+      w.put(v);
+    }
+  }
+  if (looks.front_object) {
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      w.put(static_cast<float>((*looks.front_object)[i]));
+    }
+  }
+}
+
+void putNode(Writer& w, const MapNode& node, std::uint32_t version) {
   w.put(node.id);
   w.put(node.label);
   w.put(static_cast<std::uint8_t>(node.stuff));
@@ -113,6 +137,9 @@ void putNode(Writer& w, const MapNode& node) {
   w.put(static_cast<std::uint16_t>(node.classes.views.size()));
   for (const auto& [label, views] : node.classes.views) {
     w.put(label), w.put(views);
+  }
+  if (version > kMapVersionWithoutLooks) {
+    putLooks(w, node.looks);
   }
 }
 
@@ -148,7 +175,7 @@ void putMap(Writer& w, const Map& map, const std::vector<Edge>& edges) {
   putKeyframes(w, map.keyframes());
   w.put(static_cast<std::uint64_t>(map.nodes().size()));
   for (const auto& [id, node] : map.nodes()) {
-    putNode(w, node);
+    putNode(w, node, w.version());
   }
   w.put(static_cast<std::uint64_t>(edges.size()));
   for (const Edge& e : edges) {
@@ -177,12 +204,14 @@ std::string writeDurably(const Map& map, const std::vector<Edge>& edges, const s
     return std::strerror(errno);
   }
   std::string why;
-  Writer writer([&](std::string_view bytes) {
-    if (why.empty() && !writeAll(fd, bytes)) {
-      why = std::strerror(errno);
-    }
-    return why.empty();
-  });
+  Writer writer(
+      [&](std::string_view bytes) {
+        if (why.empty() && !writeAll(fd, bytes)) {
+          why = std::strerror(errno);
+        }
+        return why.empty();
+      },
+      versionOf(map));
   putMap(writer, map, edges);
   if (why.empty() && !writer.packed()) {
     why = "it cannot be compressed (is there memory left?)";
@@ -198,10 +227,12 @@ std::string writeDurably(const Map& map, const std::vector<Edge>& edges, const s
 
 std::string encode(const Map& map, const std::vector<Edge>& edges) {
   std::string bytes;
-  Writer writer([&](std::string_view more) {
-    bytes.append(more);
-    return true;
-  });
+  Writer writer(
+      [&](std::string_view more) {
+        bytes.append(more);
+        return true;
+      },
+      versionOf(map));
   putMap(writer, map, edges);
   return bytes;
 }

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
+#include <optional>
 
 #include "core/belief.h"
 #include "core/class_belief.h"
@@ -24,6 +26,12 @@ Tile tileOf(const Vec3& p_map, double tile_size);
 /// Index into the keyframes of a map, in the order of their making; -1 for none.
 using KeyframeId = std::int32_t;
 
+/// What is known of a thing beside its shape, where something told it (`hggmap import`).
+struct Looks {
+  std::optional<std::array<std::uint8_t, 3>> rgb;  // mean colour of its surface, sRGB
+  std::optional<Vec3> front_object;                // unit vector to the side it is used from, object frame
+};
+
 /// An object node of the map. The object frame T_map_object has its origin at the mean and its axes along the
 /// eigenvectors of the extent, both as they were when the node was created. Merges update the belief and leave the
 /// frame alone, so that the leaves do not turn when two eigenvalues become equal and swap.
@@ -38,6 +46,7 @@ struct MapNode {
   ClassBelief classes;     // things only: how views labelled its place; `label` is the likeliest class of things in it
   std::int32_t views = 0;  // objects of frames merged into this node
   KeyframeId anchor = -1;  // the keyframe it was made from: the node moves rigidly with its anchor keyframe
+  Looks looks;
   Micros first_us = 0, last_us = 0;
 };
 

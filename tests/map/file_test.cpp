@@ -593,7 +593,7 @@ TEST(MapFile, TheDelayOfOdometryComesBackAndOlderFilesHaveNone) {
 
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3));
-  for (const std::uint32_t version : {0U, 6U, 77U}) {
+  for (const std::uint32_t version : {0U, 7U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;

@@ -10,7 +10,7 @@
 
 namespace hgg {
 
-/// What `hggmap query --batch` (which does not exist yet) answered to one text: nodes of the map, best first.
+/// What `hggmap query --batch` answered to one text: nodes of the map, best first.
 struct QueryAnswer {
   std::string text;
   std::vector<NodeId> nodes;

@@ -1,0 +1,240 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "cli/commands.h"
+#include "core/text.h"
+#include "map/file.h"
+#include "query/answer.h"
+#include "query/goal.h"
+
+namespace hgg {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct QueryOptions {
+  std::string map, text, batch, aliases, config;
+  std::vector<double> from;
+  std::size_t top = 5;
+  bool json = false, no_goal = false;
+};
+
+/// What one map is asked with, made once.
+struct Session {
+  Map map;
+  QueryScene scene;
+  Lexicon lexicon;
+  TraversabilityConfig limits;
+  std::optional<CostGrid> grid;  // none: the map has no ground
+  double ground_z = 0;
+  std::string no_grid;  // why there is none
+};
+
+/// Where to go for the first answer.
+std::optional<Goal> goalOf(const Session& session, const Answer& answer, const std::optional<Standpoint>& from) {
+  if (answer.things.empty()) {
+    return std::nullopt;
+  }
+  Goal none;
+  const std::vector<TimedPose>& poses = session.map.keyframes().poses();
+  if (!session.grid || (!from && poses.empty())) {
+    none.reason = session.grid ? "nobody knows where to go from: give --from" : session.no_grid;
+    return none;
+  }
+  PlanPoint start;
+  if (from) {
+    start = {from->x, from->y, std::nullopt};
+  } else {
+    start = {poses.back().T_map_body.translation().x(), poses.back().T_map_body.translation().y(), std::nullopt};
+  }
+  return findGoal(session.map, answer.things.front().id, *session.grid, session.limits, start, session.ground_z);
+}
+
+Json jsonOf(const Goal& goal) {
+  Json j;
+  j["pose"] = {goal.position.x(), goal.position.y(), goal.position.z(), goal.yaw};
+  j["path"] = Json::array();
+  for (const Vec3& p : goal.path) {
+    j["path"].push_back({p.x(), p.y(), p.z()});
+  }
+  j["distance"] = goal.distance;
+  j["reason"] = goal.reason;
+  return j;
+}
+
+Json jsonOf(const std::string& text, const Answer& answer, const std::optional<Goal>& goal) {
+  Json j;
+  j["text"] = text;
+  j["status"] = nameOf(answer.status);
+  j["answers"] = Json::array();
+  for (const FoundThing& m : answer.things) {
+    j["answers"].push_back({{"id", m.id},
+                            {"name", m.name},
+                            {"probability", m.probability},
+                            {"mean", {m.mean.x(), m.mean.y(), m.mean.z()}},
+                            {"reason", m.reason}});
+  }
+  j["reason"] = answer.reason;
+  j["parse"] = Json::object();
+  if (answer.request) {
+    j["parse"] = {{"reading", describe(*answer.request)}, {"unread", answer.request->unread}};
+  }
+  j["goal"] = goal && goal->found ? jsonOf(*goal) : Json(nullptr);
+  j["goal_reason"] = goal ? goal->reason : "";
+  return j;
+}
+
+std::string lineOf(const Json& j) { return j.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+void print(const Answer& answer, const std::optional<Goal>& goal) {
+  if (answer.request) {
+    fmt::print("read as: {}\n", describe(*answer.request));
+  }
+  fmt::print("{}{}{}\n", nameOf(answer.status), answer.reason.empty() ? "" : ": ", answer.reason);
+  for (const FoundThing& m : answer.things) {
+    fmt::print("  {:>5.1f} %  {:>6}  {:<16} at {:.2f} {:.2f} {:.2f}  {}\n", 100 * m.probability, m.id, m.name,
+               m.mean.x(), m.mean.y(), m.mean.z(), m.reason);
+  }
+  if (goal && goal->found) {
+    fmt::print("go to {:.2f} {:.2f} {:.2f}, yaw {:.2f} rad, {:.1f} m from it, by {} points{}{}\n", goal->position.x(),
+               goal->position.y(), goal->position.z(), goal->yaw, goal->distance, goal->path.size(),
+               goal->reason.empty() ? "" : "; ", goal->reason);
+  } else if (goal) {
+    fmt::print("no goal: {}\n", goal->reason);
+  }
+}
+
+std::optional<Standpoint> standpointOf(const std::vector<double>& v) {
+  if (v.size() != 3 || !std::ranges::all_of(v, [](double x) { return std::isfinite(x); })) {
+    return std::nullopt;
+  }
+  return Standpoint{v[0], v[1], v[2]};
+}
+
+Result<Session> openSession(const QueryOptions& o) {
+  Aliases aliases;
+  if (!o.aliases.empty()) {
+    const std::optional<std::string> text = readFile(o.aliases);
+    const Result<Aliases> own = text ? parseAliases(*text, o.aliases)
+                                     : Result<Aliases>::fail(fmt::format("{}: cannot read the aliases", o.aliases));
+    if (!own) {
+      return Result<Session>::fail(own.error);
+    }
+    aliases.add(*own);
+  }
+  const Result<LoadedConfig> config = loadConfig(o.config);
+  if (!config) {
+    return Result<Session>::fail(config.error);
+  }
+  Result<StoredMap> stored = loadMap(o.map);
+  if (!stored) {
+    return Result<Session>::fail(stored.error);
+  }
+  QueryScene scene = sceneOf(stored->map);
+  LexiconLayers layers;
+  layers.more_aliases = &aliases;
+  Lexicon lexicon(scene.class_names, layers);
+  Session session{
+      std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}, 0, {}};
+  const std::optional<GridRegion> region = o.no_goal ? std::nullopt : regionOf(session.map);
+  if (region && !session.map.keyframes().poses().empty()) {
+    const Result<GridShape> shape = gridShape(*region, session.limits.resolution);
+    if (shape) {
+      session.grid = buildCostGrid(session.map, *shape, session.limits);
+      session.ground_z = groundHeight(session.map, *session.grid);
+    }
+    session.no_grid = shape.error;
+  } else {
+    session.no_grid = "the map has no ground that was walked on";
+  }
+  return Result<Session>::ok(std::move(session));
+}
+
+Json answerJson(const QueryOptions& o, const Session& session, const std::string& text,
+                const std::optional<Standpoint>& from) {
+  const Answer answer = answerText(text, session.scene, session.lexicon, from, o.top);
+  return jsonOf(text, answer, o.no_goal ? std::nullopt : goalOf(session, answer, from));
+}
+
+int queryBatch(const QueryOptions& o, const Session& session) {
+  const std::optional<std::string> text = readFile(o.batch);
+  if (!text) {
+    return fail(fmt::format("{}: cannot read the batch", o.batch));
+  }
+  std::istringstream lines(*text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string::npos) {
+      continue;
+    }
+    const Json j = Json::parse(line, nullptr, false);
+    std::optional<Standpoint> from = standpointOf(o.from);
+    bool is_fine = j.is_object() && j.contains("text") && j["text"].is_string();
+    if (is_fine && j.contains("from")) {
+      const bool numbers =
+          j["from"].is_array() && std::ranges::all_of(j["from"], [](const auto& v) { return v.is_number(); });
+      from = numbers ? standpointOf(j["from"].get<std::vector<double>>()) : std::nullopt;
+      is_fine = from.has_value();
+    }
+    if (!is_fine) {
+      return fail(fmt::format("{}:{}: a line is {{\"text\":\"..\",\"from\":[x,y,yaw]}}, without \"from\" if need be",
+                              o.batch, number));
+    }
+    fmt::print("{}\n", lineOf(answerJson(o, session, j["text"].get<std::string>(), from)));
+  }
+  return kDone;
+}
+
+int query(const QueryOptions& o) {
+  if (o.batch.empty() == o.text.empty()) {
+    return fail("query needs a text or --batch FILE, and not both (see --help)");
+  }
+  if (!o.from.empty() && !standpointOf(o.from)) {
+    return fail("--from must be x,y,yaw");
+  }
+  const Result<Session> session = openSession(o);
+  if (!session) {
+    return fail(session.error);
+  }
+  if (!o.batch.empty()) {
+    return queryBatch(o, *session);
+  }
+  const std::optional<Standpoint> from = standpointOf(o.from);
+  const Answer answer = answerText(o.text, session->scene, session->lexicon, from, o.top);
+  const std::optional<Goal> goal = o.no_goal ? std::nullopt : goalOf(*session, answer, from);
+  if (o.json) {
+    fmt::print("{}\n", lineOf(jsonOf(o.text, answer, goal)));
+  } else {
+    print(answer, goal);
+  }
+  return answer.things.empty() ? kNo : kDone;
+}
+
+}  // namespace
+
+void addQuery(CLI::App& app, Action& action) {
+  const auto o = std::make_shared<QueryOptions>();
+  CLI::App* command = app.add_subcommand("query", "Find what a sentence means in a map");
+  command->add_option("MAP", o->map, "map.hgg")->required();
+  command->add_option("TEXT", o->text, "what to find, in English");
+  command->add_option("--from", o->from, "x,y,yaw of who asks, map frame [m, rad]")->delimiter(',')->expected(3);
+  command->add_option("--top", o->top, "most answers to give")->check(CLI::Range(1, 1000));
+  command->add_option("--batch", o->batch, R"(file of lines {"text":"..","from":[x,y,yaw]}: one JSON answer a line)");
+  command->add_option("--aliases", o->aliases, "more words for classes, beside those of the shipped label sets");
+  command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability]");
+  command->add_flag("--json", o->json, "print JSON");
+  command->add_flag("--no-goal", o->no_goal, "say what is meant only, not where to go");
+  command->footer(
+      "Exit status 1: the map has no such thing, or the text was not understood.\nExample:\n"
+      "  hggmap query maps/drive/map.hgg \"go to the bench next to the tree\" --from 0,0,0");
+  command->callback([o, &action] { action = [o] { return query(*o); }; });
+}
+
+}  // namespace hgg

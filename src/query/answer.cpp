@@ -1,0 +1,171 @@
+#include "query/answer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "query/relations.h"
+#include "query/words.h"
+
+namespace hgg {
+namespace {
+
+/// That a text means something else than it was taken to mean: at the least, and for each word that was not understood.
+/// Fitted to the tuning part of the language scans (docs/language.md).
+constexpr double kMisread = 0.01, kMisreadPerWord = 0.04;
+/// The second is within noise of the first when it is at least this likely next to it.
+constexpr double kAmbiguousRatio = 0.6;
+
+const char* nameOf(Relation r) {
+  static constexpr const char* kNames[] = {"near",  "closest to", "far from",    "between", "on",      "with on it",
+                                           "above", "below",      "in front of", "behind",  "left of", "right of",
+                                           "in",    "facing",     "across from", "with"};
+  return kNames[static_cast<std::size_t>(r)];
+}
+
+const char* nameOf(Placement p) {
+  static constexpr const char* kNames[] = {
+      "left", "right", "middle", "front", "back", "top", "bottom", "corner", "centre of the room",
+      "wall", "floor", "alone"};
+  return kNames[static_cast<std::size_t>(p)];
+}
+
+std::string describe(const Request& request, int phrase, int depth);
+
+std::string describe(const Request& request, const Constraint& c, int depth) {
+  std::string text = c.is_negated ? "not " : "";
+  switch (c.kind) {
+    case Constraint::Kind::kRelation: {
+      text += nameOf(c.relation);
+      for (const int anchor : c.anchors) {
+        text += " " + describe(request, anchor, depth + 1);
+      }
+      return text;
+    }
+    case Constraint::Kind::kPlace:
+      return text + nameOf(c.place) + (c.ranked ? fmt::format(" #{}", c.rank) : "");
+    default:
+      return text + c.word;
+  }
+}
+
+std::string describe(const Request& request, int phrase, int depth) {
+  const Phrase& p = request.phrases[static_cast<std::size_t>(phrase)];
+  std::string text = p.words;
+  if (depth > 4 || p.constraints.empty()) {
+    return text;
+  }
+  text += " (";
+  for (const Constraint& c : p.constraints) {
+    text += (text.back() == '(' ? "" : "; ") + describe(request, c, depth);
+  }
+  return text + ")";
+}
+
+std::string nameOf(const QueryScene& scene, ClassId label) {
+  const auto it = scene.class_names.find(label);
+  return it != scene.class_names.end() ? it->second : fmt::format("class {}", label);
+}
+
+/// Of the anchors that are about as likely as any, the nearest to the thing (for far: the farthest).
+const SceneThing& anchorToName(const QueryScene& scene, const Referents& found, const SceneThing& thing,
+                               bool farthest) {
+  const SceneThing* best = nullptr;
+  for (const Referent& r : found) {
+    const SceneThing& a = scene.things[static_cast<std::size_t>(r.thing)];
+    const bool likely = r.probability > 0.3 * found.front().probability && a.id != thing.id;
+    if (likely && (best == nullptr || (gapBetween(a, thing) < gapBetween(*best, thing)) != farthest)) {
+      best = &a;
+    }
+  }
+  return best != nullptr ? *best : scene.things[static_cast<std::size_t>(found.front().thing)];
+}
+
+/// Why this thing: what was said of it, with the anchors that were found.
+std::string reasonFor(const Request& request, const Grounding& grounding, const QueryScene& scene,
+                      const SceneThing& thing) {
+  const Phrase& target = request.phrases[static_cast<std::size_t>(request.target)];
+  std::string reason = fmt::format("a {}", nameOf(scene, thing.label));
+  for (const Constraint& c : target.constraints) {
+    reason += reason.find(',') == std::string::npos ? ", " : " and ";
+    if (c.kind != Constraint::Kind::kRelation || c.anchors.empty()) {
+      reason += describe(request, c, 5);
+      continue;
+    }
+    reason += std::string(c.is_negated ? "not " : "") + nameOf(c.relation);
+    for (const int anchor : c.anchors) {
+      const std::vector<Referent>& found = grounding.anchors[static_cast<std::size_t>(anchor)];
+      const std::string& words = request.phrases[static_cast<std::size_t>(anchor)].words;
+      if (found.empty()) {
+        reason += fmt::format(" \"{}\"", words);
+        continue;
+      }
+      const SceneThing& a = anchorToName(scene, found, thing, c.relation == Relation::kFar);
+      reason += fmt::format(" the {} {} ({:.1f} m)", nameOf(scene, a.label), a.id, gapBetween(thing, a));
+    }
+  }
+  return reason;
+}
+
+Answer noAnswer(AnswerStatus status, std::string reason, std::optional<Request> request = std::nullopt) {
+  return {status, {}, std::move(reason), std::move(request)};
+}
+
+/// Softens probabilities by how likely it is that the text was misread.
+void allowForMisreading(std::vector<Referent>& candidates, int unread) {
+  const double misread = 1 - (1 - kMisread) * std::pow(1 - kMisreadPerWord, unread);
+  for (Referent& c : candidates) {
+    c.probability = (1 - misread) * c.probability + misread / static_cast<double>(candidates.size() + 1);
+  }
+}
+
+}  // namespace
+
+const char* nameOf(AnswerStatus status) {
+  static constexpr const char* kNames[] = {"ok", "ambiguous", "not_found", "not_understood"};
+  return kNames[static_cast<std::size_t>(status)];
+}
+
+std::string describe(const Request& request) {
+  std::string text = describe(request, request.target, 0);
+  if (request.view) {
+    static constexpr const char* kKinds[] = {"facing", "from", "entering"};
+    text += fmt::format(", {} {}", kKinds[static_cast<std::size_t>(request.view->kind)],
+                        request.view->phrase >= 0 ? describe(request, request.view->phrase, 3) : "the room");
+  }
+  return text;
+}
+
+Answer answerText(const std::string& text, const QueryScene& scene, const Lexicon& lexicon,
+                  const std::optional<Standpoint>& from, std::size_t top) {
+  const Parse parse = parseText(text, lexicon);
+  if (parse.readings.empty()) {
+    return noAnswer(AnswerStatus::kNotUnderstood, parse.reason);
+  }
+  std::size_t best = 0;
+  Grounding grounding = groundReadings(parse.readings, scene, from, best);
+  const Request& request = parse.readings[best];
+  const Phrase& target = request.phrases[static_cast<std::size_t>(request.target)];
+  if (grounding.target.empty()) {
+    return noAnswer(AnswerStatus::kNotFound, fmt::format("the map has no \"{}\"", target.words), request);
+  }
+  allowForMisreading(grounding.target, request.unread);
+  Answer answer{AnswerStatus::kOk, {}, {}, request};
+  for (std::size_t k = 0; k < std::min(top, grounding.target.size()); ++k) {
+    const Referent& c = grounding.target[k];
+    const SceneThing& thing = scene.things[static_cast<std::size_t>(c.thing)];
+    answer.things.push_back({thing.id, nameOf(scene, thing.label), c.probability, thing.centre,
+                             reasonFor(request, grounding, scene, thing)});
+  }
+  const std::vector<Referent>& all = grounding.target;
+  if (all.size() > 1 && all[1].probability > kAmbiguousRatio * all[0].probability) {
+    answer.status = AnswerStatus::kAmbiguous;
+    const auto close = std::ranges::count_if(
+        all, [&](const Referent& c) { return c.probability > kAmbiguousRatio * all[0].probability; });
+    answer.reason = fmt::format("{} things fit about as well", close);
+  }
+  return answer;
+}
+
+}  // namespace hgg

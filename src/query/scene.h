@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "map/map.h"
+
+namespace hgg {
+
+using Vec2 = Eigen::Vector2d;
+
+/// A thing of the map as queries see it. Metres, map frame; z is up.
+struct SceneThing {
+  NodeId id = 0;
+  ClassId label = 0;
+  bool stuff = false;
+  ClassWeights classes;        // probabilities
+  Vec3 centre = Vec3::Zero();  // of its box
+  Vec3 half = Vec3::Zero();    // half the edges of its box, along the axes of the map
+  double sigma = 0;            // how well its place is known: standard deviation along one axis, to its neighbours
+  double existence = 1;
+  std::optional<Vec3> lab;        // colour: CIE L*a*b*
+  std::optional<Vec2> front;      // unit vector to the side it is used from
+  std::optional<Vec2> seen_from;  // unit vector to where it was first seen from
+};
+
+/// What queries are asked about: the confirmed nodes of a map, made once for many queries.
+struct QueryScene {
+  std::vector<SceneThing> things;                // ascending by id
+  std::map<ClassId, std::vector<int>> of_class;  // things with some belief in the class
+  std::map<ClassId, std::string> class_names;
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // the box of all things
+  Vec2 middle = Vec2::Zero();                    // of the things
+};
+
+QueryScene sceneOf(const Map& map);
+
+/// Shortest way between the boxes of two things, m; 0 when they touch or overlap.
+double gapBetween(const SceneThing& a, const SceneThing& b);
+/// The same along the ground.
+double groundGapBetween(const SceneThing& a, const SceneThing& b);
+/// What share of a's footprint lies over b's, 0..1.
+double footprintShare(const SceneThing& a, const SceneThing& b);
+
+/// CIE L*a*b* (D65) of an sRGB colour.
+Vec3 labOf(const std::array<std::uint8_t, 3>& rgb);
+
+}  // namespace hgg
