@@ -1,5 +1,6 @@
 // What a question costs: reading it and finding what it means, on a map of 2,000 things.
 #include <benchmark/benchmark.h>
+#include <fmt/format.h>
 
 #include <random>
 
@@ -21,12 +22,11 @@ QueryScene bigScene(int count) {
   std::uniform_real_distribution<double> at(-100, 100), edge(0.2, 2);
   std::string objects;
   for (int k = 0; k < count; ++k) {
-    objects += (k == 0 ? "" : ",") + ("{\"id\":" + std::to_string(k)) + ",\"label\":\"" +
-               kNames[static_cast<std::size_t>(k) % kNames.size()] + "\",\"center\":[" + std::to_string(at(random)) +
-               "," + std::to_string(at(random)) + ",0.5],\"size\":[" + std::to_string(edge(random)) + "," +
-               std::to_string(edge(random)) + ",1]}";
+    objects += fmt::format(R"({}{{"id":{},"label":"{}","center":[{},{},0.5],"size":[{},{},1]}})", k == 0 ? "" : ",", k,
+                           kNames[static_cast<std::size_t>(k) % kNames.size()], at(random), at(random), edge(random),
+                           edge(random));
   }
-  return sceneOf(*importJson("{\"objects\":[" + objects + "]}"));
+  return sceneOf(*importJson(fmt::format(R"({{"objects":[{}]}})", objects)));
 }
 
 const std::vector<std::string> kTexts{
@@ -59,10 +59,10 @@ BENCHMARK(OpenTheLexicon)->Unit(benchmark::kMillisecond);
 void SceneOfAMap(benchmark::State& state) {
   std::string objects;
   for (int k = 0; k < 2'000; ++k) {
-    objects += (k == 0 ? "" : ",") + ("{\"id\":" + std::to_string(k)) + ",\"label\":\"chair\",\"center\":[" +
-               std::to_string(k) + ",0,0],\"size\":[1,1,1]}";
+    objects +=
+        fmt::format(R"({}{{"id":{},"label":"chair","center":[{},0,0],"size":[1,1,1]}})", k == 0 ? "" : ",", k, k);
   }
-  const Map map = *importJson("{\"objects\":[" + objects + "]}");
+  const Map map = *importJson(fmt::format(R"({{"objects":[{}]}})", objects));
   for (auto _ : state) {
     benchmark::DoNotOptimize(sceneOf(map));
   }

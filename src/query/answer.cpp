@@ -39,7 +39,8 @@ std::string describe(const Request& request, const Constraint& c, int depth) {
     case Constraint::Kind::kRelation: {
       text += nameOf(c.relation);
       for (const int anchor : c.anchors) {
-        text += " " + describe(request, anchor, depth + 1);
+        text += ' ';
+        text += describe(request, anchor, depth + 1);
       }
       return text;
     }

@@ -143,7 +143,9 @@ std::vector<Wordnet::Synset> Lexicon::meaningsOf(const std::string& name) const 
       return std::ranges::none_of(roots, [&](Wordnet::Synset r) { return layers_.wordnet->stepsUp(s, r).has_value(); });
     });
   }
-  senses.resize(std::min<std::size_t>(senses.size(), 1));
+  if (senses.size() > 1) {
+    senses.erase(senses.begin() + 1, senses.end());
+  }
   return senses;
 }
 

@@ -95,7 +95,7 @@ TEST(Answer, SurvivesWhatIsNoRequest) {
   for (int k = 0; k < 60; ++k) {
     nested += "the chair on the table next to ";
   }
-  for (const std::string text :
+  for (const std::string& text :
        {std::string{}, std::string(10'000, 'a'), std::string("\xff\xfe\xfd"), std::string("\0the chair", 10),
         std::string("'; DROP TABLE chairs; --"), std::string("../../etc/passwd {} %s %n"), std::string("{{{[[[((("),
         std::string("die lampe neben dem bett bitte"), std::string("ist it it it it on on on it it"),

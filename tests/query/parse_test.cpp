@@ -91,9 +91,10 @@ TEST(Parse, ForgivesSpelling) {
 
 TEST(Parse, SaysWhyItUnderstandsNothing) {
   const Lexicon lexicon(kNames, {});
-  for (const std::string text : {std::string{}, std::string(" ,.! "), std::string("\xff\xfe"), std::string(10'000, 'x'),
-                                 std::string("int main() { return x->y; }"), std::string("qwrt zxcvb plgh"),
-                                 std::string("über dem flüssigen Gänseblümchen steht nichts")}) {
+  for (const std::string& text :
+       {std::string{}, std::string(" ,.! "), std::string("\xff\xfe"), std::string(10'000, 'x'),
+        std::string("int main() { return x->y; }"), std::string("qwrt zxcvb plgh"),
+        std::string("über dem flüssigen Gänseblümchen steht nichts")}) {
     const Parse parse = parseText(text, lexicon);
     EXPECT_TRUE(parse.readings.empty()) << text;
     EXPECT_FALSE(parse.reason.empty()) << text;
