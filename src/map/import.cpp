@@ -51,7 +51,7 @@ class ObjectReader {
     Mat3 cov;
     cov << v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8];
     const bool symmetric = (cov - cov.transpose()).cwiseAbs().maxCoeff() <= 1e-6 * (1 + cov.cwiseAbs().maxCoeff());
-    const Mat3 even = 0.5 * (cov + cov.transpose());
+    Mat3 even = 0.5 * (cov + cov.transpose());
     require(symmetric && eigenSymmetric(even).values[0] > -1e-6, fmt::format("'{}' is no covariance", key));
     return even;
   }

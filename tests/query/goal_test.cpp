@@ -14,6 +14,7 @@ template <typename More>
 Goal goalWith(More more) {
   SurfacesWorld world;
   world.setEye({0, 0, 0.6});
+  world.addEye({6, 2, 0.6});
   world.addFloor(-2, -3, 8, 3);
   world.add({4, -0.5, 0}, {1, 0, 0}, {0, 0, 0.8});
   more(world);
