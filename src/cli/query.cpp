@@ -36,24 +36,66 @@ struct Session {
   std::string no_grid;  // why there is none
 };
 
+/// The ground of a region, or of all of the map, into the session.
+void layGround(Session& session, const std::optional<GridRegion>& asked) {
+  session.grid.reset();
+  const Result<GridRegion> region = regionWithin(session.map, asked);
+  if (!region || session.map.keyframes().poses().empty()) {
+    session.no_grid = "the map has no ground that was walked on";
+    return;
+  }
+  const Result<GridShape> shape = gridShape(*region, session.limits.resolution);
+  session.no_grid = shape.error;
+  if (shape) {
+    session.grid = buildCostGrid(session.map, *shape, session.limits);
+    session.ground_z = groundHeight(session.map, *session.grid);
+  }
+}
+
+/// Where who asks stands: as said, or where the map's robot was last.
+std::optional<PlanPoint> startOf(const Session& session, const std::optional<Standpoint>& from) {
+  const std::vector<TimedPose>& poses = session.map.keyframes().poses();
+  if (from) {
+    return PlanPoint{from->x, from->y, std::nullopt};
+  }
+  if (poses.empty()) {
+    return std::nullopt;
+  }
+  const Vec3 p = poses.back().T_map_body.translation();
+  return PlanPoint{p.x(), p.y(), std::nullopt};
+}
+
 /// Where to go for the first answer.
 std::optional<Goal> goalOf(const Session& session, const Answer& answer, const std::optional<Standpoint>& from) {
   if (answer.things.empty()) {
     return std::nullopt;
   }
   Goal none;
-  const std::vector<TimedPose>& poses = session.map.keyframes().poses();
-  if (!session.grid || (!from && poses.empty())) {
+  const std::optional<PlanPoint> start = startOf(session, from);
+  if (!session.grid || !start) {
     none.reason = session.grid ? "nobody knows where to go from: give --from" : session.no_grid;
     return none;
   }
-  PlanPoint start;
-  if (from) {
-    start = {from->x, from->y, std::nullopt};
-  } else {
-    start = {poses.back().T_map_body.translation().x(), poses.back().T_map_body.translation().y(), std::nullopt};
+  return findGoal(session.map, answer.things.front().id, *session.grid, session.limits, *start, session.ground_z);
+}
+
+/// The same for a session without ground: lays that between start and thing, and all of the map's where no good goal is
+/// found there.
+std::optional<Goal> nearbyGoalOf(Session& session, const Answer& answer, const std::optional<Standpoint>& from) {
+  constexpr double kAround = 15;  // m, for ways that are not straight
+  const std::optional<PlanPoint> start = startOf(session, from);
+  const MapNode* thing = answer.things.empty() ? nullptr : session.map.find(answer.things.front().id);
+  if (start && thing != nullptr) {
+    const Vec3& p = thing->belief.mean;
+    layGround(session, GridRegion{std::min(start->x, p.x()) - kAround, std::min(start->y, p.y()) - kAround,
+                                  std::max(start->x, p.x()) + kAround, std::max(start->y, p.y()) + kAround});
+    std::optional<Goal> goal = goalOf(session, answer, from);
+    if (goal && goal->found && goal->reason.empty()) {
+      return goal;
+    }
   }
-  return findGoal(session.map, answer.things.front().id, *session.grid, session.limits, start, session.ground_z);
+  layGround(session, std::nullopt);
+  return goalOf(session, answer, from);
 }
 
 Json jsonOf(const Goal& goal) {
@@ -142,16 +184,8 @@ Result<Session> openSession(const QueryOptions& o) {
   Lexicon lexicon(scene.class_names, layers);
   Session session{
       std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}, 0, {}};
-  const std::optional<GridRegion> region = o.no_goal ? std::nullopt : regionOf(session.map);
-  if (region && !session.map.keyframes().poses().empty()) {
-    const Result<GridShape> shape = gridShape(*region, session.limits.resolution);
-    if (shape) {
-      session.grid = buildCostGrid(session.map, *shape, session.limits);
-      session.ground_z = groundHeight(session.map, *session.grid);
-    }
-    session.no_grid = shape.error;
-  } else {
-    session.no_grid = "the map has no ground that was walked on";
+  if (!o.no_goal && !o.batch.empty()) {
+    layGround(session, std::nullopt);
   }
   return Result<Session>::ok(std::move(session));
 }
@@ -199,7 +233,7 @@ int query(const QueryOptions& o) {
   if (!o.from.empty() && !standpointOf(o.from)) {
     return fail("--from must be x,y,yaw");
   }
-  const Result<Session> session = openSession(o);
+  Result<Session> session = openSession(o);
   if (!session) {
     return fail(session.error);
   }
@@ -208,7 +242,7 @@ int query(const QueryOptions& o) {
   }
   const std::optional<Standpoint> from = standpointOf(o.from);
   const Answer answer = answerText(o.text, session->scene, session->lexicon, from, o.top);
-  const std::optional<Goal> goal = o.no_goal ? std::nullopt : goalOf(*session, answer, from);
+  const std::optional<Goal> goal = o.no_goal ? std::nullopt : nearbyGoalOf(*session, answer, from);
   if (o.json) {
     fmt::print("{}\n", lineOf(jsonOf(o.text, answer, goal)));
   } else {

@@ -244,8 +244,9 @@ CostGrid gridOfPatches(std::vector<SheetPatch>& patches, std::size_t sheets, con
 
 CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const TraversabilityConfig& limits,
                        const ShareDone& progress) {
-  // What each part of the work takes of it, measured on a street.
-  const auto part = [&](double from, double to) -> ShareDone {
+  // What each part of the work takes of it, measured on a street. Floats: so a std::function needs no memory of its
+  // own.
+  const auto part = [&](float from, float to) -> ShareDone {
     return progress ? [&progress, from, to](double share) { progress(from + (to - from) * share); } : ShareDone();
   };
   std::vector<PlacedSheet> sheets;
@@ -254,13 +255,13 @@ CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const Trave
       appendSheets(map, node, shape, sheets);
     }
   }
-  std::vector<SheetPatch> patches = patchesOf(sheets, shape, part(0.05, 0.35));
-  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height, part(0.5, 0.6));
+  std::vector<SheetPatch> patches = patchesOf(sheets, shape, part(0.05F, 0.35F));
+  CostGrid grid = gridOfPatches(patches, sheets.size(), shape, limits.step_height, part(0.5F, 0.6F));
   sheets = {}, patches = {};
   joinRisers(grid, limits);
   const WalkedWay walked = walkedWayOf(map, grid, limits);
   fillGaps(grid, walked, limits);
-  const ShareDone judged = part(0.65, 0.8);
+  const ShareDone judged = part(0.65F, 0.8F);
   for (std::int32_t row = 0; row < shape.height; ++row) {
     for (std::int32_t column = 0; column < shape.width; ++column) {
       Reach reach;
@@ -270,7 +271,7 @@ CostGrid buildCostGrid(const MapLeaves& map, const GridShape& shape, const Trave
       judged((row + 1.0) / shape.height);
     }
   }
-  applySight(sightOn(SightLines(grid, map), limits, part(0.8, 1)), walked, limits, grid);
+  applySight(sightOn(SightLines(grid, map), limits, part(0.8F, 1.0F)), walked, limits, grid);
   return grid;
 }
 

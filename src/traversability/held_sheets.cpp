@@ -1,7 +1,6 @@
 #include "traversability/held_sheets.h"
 
 #include <algorithm>
-#include <cstring>
 #include <utility>
 
 #include "core/units.h"
@@ -13,7 +12,7 @@ namespace {
 /// Leaves of a node keep their order but for those that come and go: how far on a leaf is looked for.
 constexpr std::size_t kLookAhead = 32;
 
-bool isSame(const Leaf& a, const Leaf& b) { return std::memcmp(&a, &b, sizeof(Leaf)) == 0; }
+bool isSame(const Leaf& a, const Leaf& b) { return a.mean == b.mean && a.cov == b.cov && a.kappa == b.kappa; }
 
 /// A box that the sheets of all leaves lie in, without placing them.
 Eigen::AlignedBox2d boxOf(const Leaves& leaves, const Pose& T_map_object) {
