@@ -16,7 +16,7 @@ constexpr double kExpected = 5;
 constexpr double kStrip = 0.3;
 /// A leaf may end this far behind its last points. m
 constexpr double kOvershoot = 0.2;
-/// SightLines of ground is sight of what is this high above it: a flat line would graze the ground itself. m
+/// Lines of sight to the ground are drawn to a place this high above it: a flat one would graze the ground itself. m
 constexpr double kAbove = 0.1;
 
 /// Ground this many times farther off than the eye is high is in view: 27 degrees below level; the lowest beams of
