@@ -122,7 +122,6 @@ class Raster {
     patch.fuzz = static_cast<float>(sheet.thickness);
     patch.reach = static_cast<float>(kSlab * sheet.half_along);
     patch.carries = placed.carries;
-    patch.is_thing = placed.is_thing;
     for (int row = 0; row < height_; ++row) {
       for (int column = 0; column < width_; ++column) {
         const Bin& bin = bins_[binAt(column, row)];
@@ -173,9 +172,7 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
   Support s;
   for (const SheetPatch& p : patches) {
     level = std::max(level, levelOf(p));
-    if (p.density > s.density) {
-      s.density = p.density, s.is_thing = p.is_thing;
-    }
+    s.density = std::max(s.density, p.density);
     if (p.carries) {
       ground = std::max(ground, p.height), ground_density += p.density;
     }
@@ -215,13 +212,12 @@ NodeView viewOf(const MapLeaves& map, const MapNode& node) {
   view.T_map_object = node.T_map_object;
   view.eyes = eyesOn(map.keyframes, node);
   view.views = static_cast<std::int32_t>(std::bit_floor(static_cast<std::uint32_t>(std::max(0, node.views))));
-  view.is_thing = !node.stuff;
   return view;
 }
 
 PlacedSheet placeLeaf(const Leaf& leaf, const NodeView& view) {
   const LeafSheet sheet = sheetOf(transform(view.T_map_object, unpackLeaf(leaf)));
-  return {sheet, view.views, isGround(sheet, view.eyes), view.is_thing};
+  return {sheet, view.views, isGround(sheet, view.eyes)};
 }
 
 Vec3 halfDrawn(const LeafSheet& sheet) {

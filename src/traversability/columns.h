@@ -24,7 +24,6 @@ struct SheetPatch {
   float reach = 0;            // m, edge of the cell of surface that the leaf stands for
   float fuzz = 0;             // m, the same along the sheet's normal, wherever that points
   bool carries = true;        // false: a wall, a pole, a ceiling
-  bool is_thing = false;      // part of an object, not of a tile of ground or wall
 };
 
 /// A solid part of a column with its top, which may carry a robot.
@@ -42,7 +41,6 @@ struct Support {
   bool carries = true;        // false: a wall, a pole, a ceiling
   bool spans_hole = false;    // much of it lies deeper than a step below its top
   bool seen = true;           // false: filled in between what was seen
-  bool is_thing = false;      // its densest leaf is part of an object, not of a tile of ground or wall
 
   bool operator==(const Support&) const = default;
 };
@@ -55,7 +53,6 @@ struct PlacedSheet {
   LeafSheet sheet;
   std::int32_t views = 0;  // of its node
   bool carries = true;     // false: a wall, a pole, or seen from below only, as a ceiling
-  bool is_thing = false;
 };
 
 /// What the sheets of a node depend on beside its leaves.
@@ -63,11 +60,9 @@ struct NodeView {
   Pose T_map_object = Pose::Identity();
   std::vector<Vec3> eyes;  // map frame: places that tell from which side the leaves were seen
   std::int32_t views = 0;  // to a power of two: one more look at what was seen many times is no news
-  bool is_thing = false;
 
   bool operator==(const NodeView& other) const {
-    return T_map_object.matrix() == other.T_map_object.matrix() && eyes == other.eyes && views == other.views &&
-           is_thing == other.is_thing;
+    return T_map_object.matrix() == other.T_map_object.matrix() && eyes == other.eyes && views == other.views;
   }
 };
 NodeView viewOf(const MapLeaves& map, const MapNode& node);

@@ -70,7 +70,7 @@ bool endsInView(const SightLines& sight, std::int32_t column, std::int32_t row, 
          });
 }
 
-void blockBeforeEdges(const std::vector<std::uint8_t>& is_edge, const WalkedWay& walked,
+void blockBeforeEdges(const std::vector<std::uint8_t>& sight, const WalkedWay& walked,
                       const TraversabilityConfig& limits, CostGrid& grid) {
   const GridShape& shape = grid.shape;
   const auto reach = static_cast<std::int32_t>(kOvershoot / shape.resolution);
@@ -87,7 +87,7 @@ void blockBeforeEdges(const std::vector<std::uint8_t>& is_edge, const WalkedWay&
   for (std::int32_t cell = 0; cell < shape.cells(); ++cell) {
     for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
          k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {
-      if (is_edge[k] == 0 && !grid.supports[k].spans_hole) {
+      if ((sight[k] & kEdge) == 0 && !grid.supports[k].spans_hole) {
         continue;
       }
       const std::int32_t column = cell % shape.width, row = cell / shape.width;

@@ -15,8 +15,8 @@ bool endsInView(const SightLines& sight, std::int32_t column, std::int32_t row, 
                 const TraversabilityConfig& limits);
 
 /// Blocks what lies so near an edge, or a surface that spans a hole, that the ground may end there already: the ellipse
-/// of a leaf reaches beyond the last points. `is_edge`: of each surface of the grid.
-void blockBeforeEdges(const std::vector<std::uint8_t>& is_edge, const WalkedWay& walked,
+/// of a leaf reaches beyond the last points. `sight`: of each surface of the grid (sightOn).
+void blockBeforeEdges(const std::vector<std::uint8_t>& sight, const WalkedWay& walked,
                       const TraversabilityConfig& limits, CostGrid& grid);
 
 }  // namespace hgg

@@ -158,9 +158,7 @@ std::vector<std::uint8_t> sightOn(const SightLines& sight, const TraversabilityC
 
 void applySight(const std::vector<std::uint8_t>& sight, const WalkedWay& walked, const TraversabilityConfig& limits,
                 CostGrid& grid) {
-  std::vector<std::uint8_t> is_edge(sight.size());
-  std::ranges::transform(sight, is_edge.begin(), [](std::uint8_t bits) { return bits & kEdge; });
-  blockBeforeEdges(is_edge, walked, limits, grid);
+  blockBeforeEdges(sight, walked, limits, grid);
   for (std::int32_t cell = 0; cell < grid.shape.cells(); ++cell) {
     for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
          k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {

@@ -11,11 +11,9 @@ namespace hgg {
 /// The places the sensors looked from, thinned, found by where they could look at.
 class Eyes {
  public:
-  Eyes() = default;
   /// Those of the map's keyframes from which the grid may have been seen.
   Eyes(const MapLeaves& map, const GridShape& shape);
 
-  bool empty() const { return all_.empty(); }
   /// Those around a cell, the nearest to its neighbourhood first, map frame.
   std::span<const Vec3> around(std::int32_t column, std::int32_t row) const;
 
