@@ -49,7 +49,7 @@ lint: deps  ## formatting and clang-tidy; changes nothing
 	clang-format --dry-run -Werror $(CXX_FILES)
 	cmake -S . -B $(BUILD)-lint -G Ninja -DHGG_FAST_BUILD=OFF
 	cmake --build $(BUILD)-lint --target lcmtypes
-	git ls-files 'src/*.cpp' 'tools/*.cpp' | xargs -P $(JOBS) -n 2 clang-tidy -p $(BUILD)-lint --quiet
+	JOBS=$(JOBS) tools/lint.py $(BUILD)-lint
 
 clean:  ## remove what was built and made
 	rm -rf $(BUILD) $(BUILD)-sanitize $(BUILD)-lint out

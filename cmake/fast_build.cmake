@@ -1,6 +1,6 @@
 # What makes a clean build fast. Compiling is mostly Eigen's templates: reading them and instantiating them, file by
-# file. HGG_FAST_BUILD=OFF compiles every file by itself, as it is written; `make lint` reads the code that way, so that
-# a file that lacks an include is found although the precompiled headers, or a neighbour, would have had it.
+# file. HGG_FAST_BUILD=OFF compiles every file by itself, as it is written: so a file is found that lacks an include which
+# the precompiled headers, or a neighbour, would have had. `make lint` takes its flags from such a build.
 
 # Precompile Eigen, the common standard headers and those named after the target.
 function(hgg_precompile_headers target)
