@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import types
 import unittest
 from pathlib import Path
 
@@ -16,6 +17,9 @@ REPO = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(REPO / "tools"))
 from matrix import figures, lies, tables, workshop  # noqa: E402
+from matrix.figures import Table  # noqa: E402
+from matrix.page import section, with_section  # noqa: E402
+from matrix.run import describe  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
@@ -128,6 +132,23 @@ class Arithmetic(unittest.TestCase):
     def test_tables_are_markdown(self):
         table = figures.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
         self.assertEqual(table.markdown(), "| world | F1 |\n| --- | ---: |\n| yard | 1.00 |")
+
+
+    def test_a_table_takes_the_place_of_the_one_it_was(self):
+        info = {"script": "run.py", "commit": "abc", "machine": "m"}
+        table = lambda name, title, value: Table(name, title, "Text.", ["a"], [[value]])
+        document = "# All\n\n" + "\n".join(section(table(n, t, "old"), info) for n, t in (("one", "First"), ("two", "Second"), ("three", "Third")))
+        for name, title in (("one", "First"), ("two", "Second"), ("three", "Third")):
+            changed = with_section(document, table(name, title, "new"), info)
+            self.assertEqual(changed.count("| new |"), 1)
+            self.assertEqual(changed.count("| old |"), 2)
+            self.assertEqual([l for l in changed.splitlines() if l.startswith("## ")], ["## First", "## Second", "## Third"])
+        self.assertTrue(with_section(document, table("four", "Fourth", "new"), info).startswith(document.rstrip()))
+
+    def test_a_command_is_told_without_what_is_of_a_machine(self):
+        args = types.SimpleNamespace(frames=0, quick=False, seeds=[1])
+        told = describe(args, ["--build", "/b", "--only", "lies", "--write", "--paths", "07", "--out=/o", "--jobs", "1"])
+        self.assertEqual(told["script"], "tools/matrix/run.py --paths 07")
 
 
 class Command(unittest.TestCase):

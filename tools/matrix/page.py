@@ -51,6 +51,16 @@ def section(table, info):
             f"`{info['script']} --only {table.name}` · {info['commit']} · {info['machine']}\n")
 
 
+def with_section(document, table, info):
+    """The document with this table in place of the one under the same title; at the end where it has none."""
+    made, head = section(table, info), f"## {table.title}\n"
+    start = document.find("\n" + head) + 1
+    if start == 0:
+        return f"{document.rstrip()}\n\n{made}"
+    end = document.find("\n## ", start)
+    return document[:start] + made + (document[end:] if end >= 0 else "")
+
+
 def charts(matrix):
     """What the page draws: a value per seed for every world and odometry, and a curve per world."""
     measures = {"F1": "overall.f1", "position error, m": "overall.position_error.mean", "ATE, m": "trajectory.ate_rmse", "Chamfer, m": "geometry.chamfer"}

@@ -4,6 +4,7 @@
 examples: tools/matrix/run.py                      the whole matrix (hours; stops and goes on where it was)
           tools/matrix/run.py --quick              a small matrix, for CI (minutes)
           tools/matrix/run.py --only niw,retrieval  some tables, printed and not written to the document
+          tools/matrix/run.py --only niw --write    and written to it, in place of those it has; each names its commit
 
 Logs, maps and results are kept in --out, each under the hash of what made it (programs, arguments, config): a run that was
 interrupted goes on, a changed program is measured again, a changed hgg-eval on the maps there are. Standard library only.
@@ -20,10 +21,12 @@ from pathlib import Path
 sys.dont_write_bytecode = True  # beside the sources
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from matrix.figures import FAILED, NOT_YET, Table
-from matrix.page import DOCUMENT, charts, page, section
+from matrix.page import DOCUMENT, charts, page, section, with_section
 from matrix.tables import LYING, SENSOR_WORLDS, TABLES, Matrix
 from matrix.workshop import GROUNDS, REPO, Workshop, machine, run_all
 
+# Options that a figure does not depend on, and whether a value follows.
+OF_THIS_MACHINE = {"--only": True, "--write": False, "--build": True, "--out": True, "--data": True, "--jobs": True, "--keep-gb": True, "--doc": True}
 ODOMETRY = ["true", "excellent", "good", "poor"]
 
 
@@ -65,6 +68,7 @@ def parse(argv):
     parser.add_argument("--loop-frames", type=int, default=None,
                         help="of each drive of the tables correction and loops, where worlds are met again in a second lap; 0, the default: the whole tour")
     parser.add_argument("--only", type=names, default=None, help="tables to make: " + ",".join(TABLES) + "; odometry: " + ",".join(LYING))
+    parser.add_argument("--write", action="store_true", help="put the tables of --only into the document; the page is left as it is")
     parser.add_argument("--skip", type=names, default=[], help="tables to leave out of the document")
     parser.add_argument("--before", type=Path, default=None, help="folder of another hggmap: the tables of odometry show its figures beside")
     parser.add_argument("--kidnaps", type=int, default=None, help="drives a world that are carried away [20; 2 with --quick]")
@@ -85,6 +89,8 @@ def parse(argv):
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]
     args.kidnaps = args.kidnaps if args.kidnaps is not None else 2 if quick else 20
     args.only = args.only and [table for name in args.only for table in (LYING if name == "odometry" else [name])]
+    if args.write and not args.only:
+        parser.error("--write is for the tables of --only; without --only the document is written anyway")
     if args.before and not (args.before / "hggmap").exists():
         parser.error(f"no hggmap in {args.before} (--before)")
     args.seeds = args.seeds or ([1, 2] if quick else [1, 2, 3])
@@ -102,7 +108,12 @@ def parse(argv):
 def describe(args, argv):
     shown = [a if " " not in a else repr(a) for a in argv]
     frames = "each world's whole tour" if args.frames == 0 else f"the first {args.frames} of each drive{'' if args.quick else '; those of correction and loops are told there'}"
-    options = [a for i, a in enumerate(shown) if a != "--only" and (i == 0 or shown[i - 1] != "--only") and not a.startswith("--only=")]
+    options, skip = [], False
+    for word in shown:  # those that figures depend on
+        name, has_value = word.partition("=")[0], "=" in word
+        if not skip and name not in OF_THIS_MACHINE:
+            options.append(word)
+        skip = not skip and OF_THIS_MACHINE.get(name, False) and not has_value
     return {"command": " ".join(["tools/matrix/run.py", *shown]), "script": " ".join(["tools/matrix/run.py", *options]), "commit": commit(),
             "machine": machine(), "date": datetime.date.today().isoformat(), "seeds": ", ".join(map(str, args.seeds)), "frames": frames}
 
@@ -123,7 +134,13 @@ def measure(workshop, args, info):
     tables = [workshop.tried(f"table {name}", getattr(matrix, name)) or Table(name, name.capitalize(), "", ["table"], [[FAILED]]) for name in names]
     for table in tables:
         print(section(table, info))
-    if args.only is None:
+    if args.write:
+        document = args.doc.read_text() if args.doc.exists() else DOCUMENT.format(tables="", not_yet=NOT_YET, **info)
+        for table in tables:
+            document = with_section(document, table, info)
+        args.doc.write_text(document)
+        print(f"written: {args.doc}")
+    elif args.only is None:
         written = args.doc.with_suffix(".html")
         args.doc.parent.mkdir(parents=True, exist_ok=True)
         args.doc.write_text(DOCUMENT.format(tables="\n".join(section(t, info) for t in tables), not_yet=NOT_YET, **info))
