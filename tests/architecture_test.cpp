@@ -70,7 +70,10 @@ std::string roomOf(const std::string& path) {
   }
   static const std::set<std::string> kRooms{"config", "mapper", "stats"};
   const std::string stem = fs::path(path).stem().string();
-  return kRooms.contains(stem) ? stem : stem == "default_classes" || stem == "default_aliases" ? "core" : "top";
+  return kRooms.contains(stem)                                    ? stem
+         : stem == "config_keys"                                  ? "config"
+         : stem == "default_classes" || stem == "default_aliases" ? "core"
+                                                                  : "top";
 }
 
 /// Rooms that plug the others together: they may include anything, log, and talk to the user.
@@ -94,7 +97,7 @@ const std::map<std::string, std::set<std::string>> kMayInclude{
     {"frame", {"core", "config"}},
     {"traversability", {"core", "config", "map"}},
     {"query", {"core", "config", "map", "traversability"}},
-    {"publish", {"core", "config", "map", "mapper", "stats", "traversability"}},
+    {"publish", {"core", "config", "map", "mapper", "stats", "traversability", "query"}},
 };
 
 TEST(Architecture, IncludesPointOneWay) {
