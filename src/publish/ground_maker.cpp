@@ -7,7 +7,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/units.h"
 #include "traversability/grid_layers.h"
 #include "traversability/octomap_export.h"
 
@@ -21,35 +20,10 @@ constexpr double kMostSamples = 2e8;
 constexpr std::size_t kMostBytes = 1'000'000;
 /// The grid around the robot follows it in steps of this. m
 constexpr double kFollowStep = 2;
-/// How far from the robot the ground under it may be seen. m
-constexpr double kUnderRobot = 1;
 
 GridRegion around(const Vec3& p, double size) {
   const double x = kFollowStep * std::round(p.x() / kFollowStep), y = kFollowStep * std::round(p.y() / kFollowStep);
   return {x - size / 2, y - size / 2, x + size / 2, y + size / 2};
-}
-
-/// Height of the ground that the robot stands on, m: the highest surface below it in the nearest column that has one.
-std::optional<double> groundUnder(const CostGrid& grid, const Vec3& p_map_body) {
-  const GridShape& shape = grid.shape;
-  const std::int32_t column = shape.columnOf(p_map_body.x()), row = shape.rowOf(p_map_body.y());
-  const auto reach = static_cast<std::int32_t>(kUnderRobot / shape.resolution);
-  std::optional<double> best;
-  double nearest = square(kUnderRobot / shape.resolution);  // cells^2
-  for (std::int32_t r = row - reach; r <= row + reach; ++r) {
-    for (std::int32_t c = column - reach; c <= column + reach; ++c) {
-      const double distance = square(r - row) + square(c - column);
-      if (!shape.contains(c, r) || distance >= nearest) {
-        continue;
-      }
-      for (const Support& s : grid.column(shape.cell(c, r))) {
-        if (s.carries && s.height < p_map_body.z()) {
-          best = s.height, nearest = distance;  // ascending: the last one is the highest
-        }
-      }
-    }
-  }
-  return best;
 }
 
 std::optional<GridRegion> regionOf(const Command& command) {
@@ -75,7 +49,7 @@ void GroundMaker::publishAround(const GroundJob& job) {
   const GridRegion region = around(job.p_map_body, config_.publish_size);
   if (const auto shape = gridShape(region, config_.resolution); shape && job.wants_grid) {
     const CostGrid& grid = around_.update(copy_.leaves(), *shape);
-    const std::optional<double> ground = groundUnder(grid, job.p_map_body);
+    const std::optional<double> ground = groundBelow(grid, job.p_map_body);
     send(job, grid, ground ? *ground : groundHeight(copy_.leaves(), grid));
   }
   if (job.wants_octomap) {

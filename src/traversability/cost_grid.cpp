@@ -334,4 +334,27 @@ double groundHeight(const MapLeaves& map, const CostGrid& grid) {
   return heights[heights.size() / 2];
 }
 
+std::optional<double> groundBelow(const CostGrid& grid, const Vec3& p_map_body) {
+  constexpr double kReach = 1;  // m: from close above, ground is not always in view
+  const GridShape& shape = grid.shape;
+  const std::int32_t column = shape.columnOf(p_map_body.x()), row = shape.rowOf(p_map_body.y());
+  const auto reach = static_cast<std::int32_t>(kReach / shape.resolution);
+  std::optional<double> best;
+  double nearest = square(kReach / shape.resolution);  // cells^2
+  for (std::int32_t r = row - reach; r <= row + reach; ++r) {
+    for (std::int32_t c = column - reach; c <= column + reach; ++c) {
+      const double distance = square(r - row) + square(c - column);
+      if (!shape.contains(c, r) || distance >= nearest) {
+        continue;
+      }
+      for (const Support& s : grid.column(shape.cell(c, r))) {
+        if (s.carries && s.height < p_map_body.z()) {
+          best = s.height, nearest = distance;  // ascending: the last one is the highest
+        }
+      }
+    }
+  }
+  return best;
+}
+
 }  // namespace hgg

@@ -66,4 +66,8 @@ Result<GridRegion> regionWithin(const MapLeaves& map, const std::optional<GridRe
 /// under any.
 double groundHeight(const MapLeaves& map, const CostGrid& grid);
 
+/// Height of the ground that a body at a place stands on, m: the highest surface below it in the nearest column that
+/// has one; nothing where there is none within a metre.
+std::optional<double> groundBelow(const CostGrid& grid, const Vec3& p_map_body);
+
 }  // namespace hgg

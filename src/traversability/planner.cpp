@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <unordered_map>
 
 #include "traversability/foothold.h"
 
@@ -69,27 +70,30 @@ double stepCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
   return (holds.place(a) - holds.place(b)).norm() * (holds.price(a) + holds.price(b)) / 2;
 }
 
-/// A*; empty when the goal cannot be reached.
-Way search(const Footholds& holds, std::uint32_t start, std::uint32_t goal) {
+using Penalties = std::unordered_map<std::uint32_t, double>;  // of the surfaces that a way may end at, m
+
+/// A*, with ends beyond which no way is shorter than `to_go` says; empty when none can be reached.
+template <typename ToGo>
+Way search(const Footholds& holds, std::uint32_t start, const Penalties& ends, const ToGo& to_go) {
   const GridShape& shape = holds.grid().shape;
   constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
   std::vector<float> cost(holds.grid().supports.size(), std::numeric_limits<float>::infinity());
   std::vector<std::uint32_t> from(holds.grid().supports.size(), kNone);
   using Open = std::pair<float, std::uint32_t>;  // cost of the way through it at least; ties by index
   std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
-  const Vec3 p_goal = holds.place(goal);
   cost[start] = 0;
   open.emplace(0.0F, start);
   std::vector<bool> closed(holds.grid().supports.size(), false);
-  while (!open.empty()) {
+  Open best{std::numeric_limits<float>::infinity(), kNone};  // of the ends
+  while (!open.empty() && open.top().first < best.first) {
     const std::uint32_t here = open.top().second;
     open.pop();
     if (closed[here]) {
       continue;
     }
     closed[here] = true;
-    if (here == goal) {
-      break;
+    if (const auto end = ends.find(here); end != ends.end()) {
+      best = std::min(best, {cost[here] + static_cast<float>(end->second), here});
     }
     const std::int32_t column = holds.cellOf(here) % shape.width, row = holds.cellOf(here) / shape.width;
     for (std::int32_t r = row - 1; r <= row + 1; ++r) {
@@ -106,19 +110,17 @@ Way search(const Footholds& holds, std::uint32_t start, std::uint32_t goal) {
           const auto through = static_cast<float>(cost[here] + stepCost(holds, here, next));
           if (through < cost[next]) {
             cost[next] = through, from[next] = here;
-            open.emplace(through + static_cast<float>((holds.place(next) - p_goal).norm()), next);
+            open.emplace(through + static_cast<float>(to_go(next)), next);
           }
         }
       }
     }
   }
   Way way;
-  if (std::isfinite(cost[goal])) {
-    for (std::uint32_t k = goal; k != kNone; k = from[k]) {
-      way.push_back(k);
-    }
-    std::ranges::reverse(way);
+  for (std::uint32_t k = best.second; k != kNone; k = from[k]) {
+    way.push_back(k);
   }
+  std::ranges::reverse(way);
   return way;
 }
 
@@ -169,20 +171,24 @@ Way straightened(const Footholds& holds, const Way& way) {
   return out;
 }
 
-/// Path, length, cost and worst confidence of a way.
-Plan planOf(const Footholds& holds, const Way& way, const PlanRequest& request) {
+/// Path, length, cost and worst confidence of a way between two places near its ends.
+Plan planOf(const Footholds& holds, const Way& way, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   Plan plan;
   plan.found = true;
   plan.worst_confidence = 1;
-  for (const std::uint32_t k : way) {
+  for (std::size_t k = 0; k < way.size(); ++k) {
+    plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[way[k]].confidence);
+    plan.cost += k > 0 ? stepCost(holds, way[k - 1], way[k]) : 0;
+  }
+  for (const std::uint32_t k : straightened(holds, way)) {
     plan.path.push_back(holds.place(k));
     plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[k].confidence);
   }
-  plan.path.front().head<2>() = Eigen::Vector2d(request.from.x, request.from.y);
+  plan.path.front().head<2>() = from;
   if (plan.path.size() == 1) {
     plan.path.push_back(plan.path.front());
   }
-  plan.path.back().head<2>() = Eigen::Vector2d(request.to.x, request.to.y);
+  plan.path.back().head<2>() = to;
   for (std::size_t k = 1; k < plan.path.size(); ++k) {
     plan.length += (plan.path[k] - plan.path[k - 1]).norm();
   }
@@ -201,14 +207,11 @@ Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const Pl
     none.reason = start ? goal.error : start.error;
     return none;
   }
-  const Way way = search(holds, *start, *goal);
+  const Vec3 p_goal = holds.place(*goal);
+  const Way way = search(holds, *start, {{*goal, 0.0}},
+                         [&](std::uint32_t surface) { return (holds.place(surface) - p_goal).norm(); });
   if (!way.empty()) {
-    Plan plan = planOf(holds, straightened(holds, way), request);
-    for (std::size_t k = 0; k < way.size(); ++k) {
-      plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[way[k]].confidence);
-      plan.cost += k > 0 ? stepCost(holds, way[k - 1], way[k]) : 0;
-    }
-    return plan;
+    return planOf(holds, way, {request.from.x, request.from.y}, {request.to.x, request.to.y});
   }
   none.reason = "obstacles or steps lie between start and goal on every way";
   if (!request.allow_unknown) {
@@ -219,6 +222,29 @@ Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const Pl
     }
   }
   return none;
+}
+
+PlanToAny planToAny(const CostGrid& grid, const TraversabilityConfig& limits, const PlanPoint& from, double ground_z,
+                    std::span<const PlanEnd> ends) {
+  PlanToAny out;
+  const Footholds holds(grid, limits);
+  const Result<std::uint32_t> start = anchorOf(holds, limits, from, ground_z, "start");
+  if (!start) {
+    out.plan.reason = start.error;
+    return out;
+  }
+  Penalties penalties;
+  for (const PlanEnd& end : ends) {
+    penalties.emplace(end.surface, end.penalty);
+  }
+  const Way way = search(holds, *start, penalties, [](std::uint32_t) { return 0.0; });
+  if (way.empty()) {
+    out.plan.reason = "obstacles, steps or unknown ground lie on every way";
+    return out;
+  }
+  out.end = static_cast<std::size_t>(std::ranges::find(ends, way.back(), &PlanEnd::surface) - ends.begin());
+  out.plan = planOf(holds, way, {from.x, from.y}, holds.place(way.back()).head<2>());
+  return out;
 }
 
 }  // namespace hgg

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,5 +35,21 @@ struct Plan {
 /// ground costs a metre; bad or hardly known ground up to kWorstFactor times as much (planner.cpp). The robot's
 /// centre keeps the footprint radius from everything it cannot walk on.
 Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const PlanRequest& request);
+
+/// A surface of a grid, by its index, that a way may end at, and what it costs to end there instead of elsewhere, m.
+struct PlanEnd {
+  std::uint32_t surface = 0;
+  double penalty = 0;  // at least 0
+};
+
+struct PlanToAny {
+  Plan plan;
+  std::size_t end = 0;  // which one it leads to
+};
+
+/// The way to whichever end is cheapest, penalty and all, in one search. Ends where the robot's footprint has no room
+/// count for nothing. `ground_z` as in PlanRequest.
+PlanToAny planToAny(const CostGrid& grid, const TraversabilityConfig& limits, const PlanPoint& from, double ground_z,
+                    std::span<const PlanEnd> ends);
 
 }  // namespace hgg

@@ -149,5 +149,44 @@ TEST(Planner, SaysWhyThereIsNoPath) {
   EXPECT_NE(reason(high).find("no ground within"), std::string::npos);
 }
 
+/// The surface of the grid at a place.
+std::uint32_t surfaceAt(const CostGrid& grid, double x, double y) {
+  return grid.first[static_cast<std::size_t>(grid.shape.cell(grid.shape.columnOf(x), grid.shape.rowOf(y)))];
+}
+
+TEST(Planner, OfSeveralEndsTheCheapestIsTakenWithItsPenalty) {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, 3, 2);
+  const CostGrid grid = world.grid();
+  const std::uint32_t near = surfaceAt(grid, 0.55, 0.05), far = surfaceAt(grid, 2.05, 0.05);
+  const PlanPoint from{-2, 0.05, std::nullopt};
+  for (const double penalty : {0.0, 1.2, 1.8}) {  // m; the far one is 1.5 m farther
+    const PlanToAny way = planToAny(grid, {}, from, 0, std::vector<PlanEnd>{{far, 0}, {near, penalty}});
+    ASSERT_TRUE(way.plan.found) << way.plan.reason;
+    EXPECT_EQ(way.end, penalty < 1.5 ? 1U : 0U);
+    EXPECT_NEAR(way.plan.path.back().x(), penalty < 1.5 ? 0.55 : 2.05, 0.06);
+  }
+}
+
+TEST(Planner, AnEndAmongSeveralIsReachedByTheSameWayAsAlone) {
+  const CostGrid grid = wallWithGap(0.9).grid();
+  const PlanPoint from{-2, -1, std::nullopt};
+  const PlanToAny any = planToAny(grid, {}, from, 0, std::vector<PlanEnd>{{surfaceAt(grid, 2.05, -1.05), 0}});
+  const Plan alone = planPath(grid, {}, request(-2, -1, 2.05, -1.05));
+  ASSERT_TRUE(any.plan.found && alone.found);
+  EXPECT_NEAR(any.plan.cost, alone.cost, 1e-3);
+  EXPECT_NEAR(any.plan.length, alone.length, 0.1);
+}
+
+TEST(Planner, NoEndBeyondAWallIsReached) {
+  const CostGrid grid = wallWithGap(0.3).grid();
+  const PlanToAny way =
+      planToAny(grid, {}, {-2, -1, std::nullopt}, 0, std::vector<PlanEnd>{{surfaceAt(grid, 2.05, 0), 0}});
+  EXPECT_FALSE(way.plan.found);
+  EXPECT_FALSE(way.plan.reason.empty());
+  EXPECT_FALSE(planToAny(grid, {}, {-2, -1, std::nullopt}, 0, {}).plan.found) << "no end at all";
+  EXPECT_NE(planToAny(grid, {}, {-90, -1, std::nullopt}, 0, {}).plan.reason.find("outside"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace hgg::planner_test
