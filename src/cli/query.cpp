@@ -31,38 +31,20 @@ struct Session {
   QueryScene scene;
   Lexicon lexicon;
   TraversabilityConfig limits;
-  std::optional<CostGrid> grid;  // none: the map has no ground
-  double ground_z = 0;
-  std::string no_grid;  // why there is none
+  std::optional<CostGrid> grid;  // of the whole map, laid for many questions; else each has ground laid for it
 };
 
-/// The ground of a region, or of all of the map, into the session.
-void layGround(Session& session, const std::optional<GridRegion>& asked) {
-  session.grid.reset();
-  const Result<GridRegion> region = regionWithin(session.map, asked);
-  if (!region || session.map.keyframes().poses().empty()) {
-    session.no_grid = "the map has no ground that was walked on";
-    return;
-  }
-  const Result<GridShape> shape = gridShape(*region, session.limits.resolution);
-  session.no_grid = shape.error;
-  if (shape) {
-    session.grid = buildCostGrid(session.map, *shape, session.limits);
-    session.ground_z = groundHeight(session.map, *session.grid);
-  }
-}
-
 /// Where who asks stands: as said, or where the map's robot was last.
-std::optional<PlanPoint> startOf(const Session& session, const std::optional<Standpoint>& from) {
+std::optional<GoalStart> startOf(const Session& session, const std::optional<Standpoint>& from) {
   const std::vector<TimedPose>& poses = session.map.keyframes().poses();
   if (from) {
-    return PlanPoint{from->x, from->y, std::nullopt};
+    return GoalStart{from->x, from->y, std::nullopt, std::nullopt};
   }
   if (poses.empty()) {
     return std::nullopt;
   }
   const Vec3 p = poses.back().T_map_body.translation();
-  return PlanPoint{p.x(), p.y(), std::nullopt};
+  return GoalStart{p.x(), p.y(), std::nullopt, p.z()};
 }
 
 /// Where to go for the first answer.
@@ -70,32 +52,15 @@ std::optional<Goal> goalOf(const Session& session, const Answer& answer, const s
   if (answer.things.empty()) {
     return std::nullopt;
   }
-  Goal none;
-  const std::optional<PlanPoint> start = startOf(session, from);
-  if (!session.grid || !start) {
-    none.reason = session.grid ? "nobody knows where to go from: give --from" : session.no_grid;
+  const std::optional<GoalStart> start = startOf(session, from);
+  if (!start) {
+    Goal none;
+    none.reason = "the map has no ground that was walked on, and nobody knows where to go from";
     return none;
   }
-  return findGoal(session.map, answer.things.front().id, *session.grid, session.limits, *start, session.ground_z);
-}
-
-/// The same for a session without ground: lays that between start and thing, and all of the map's where no good goal is
-/// found there.
-std::optional<Goal> nearbyGoalOf(Session& session, const Answer& answer, const std::optional<Standpoint>& from) {
-  constexpr double kAround = 15;  // m, for ways that are not straight
-  const std::optional<PlanPoint> start = startOf(session, from);
-  const MapNode* thing = answer.things.empty() ? nullptr : session.map.find(answer.things.front().id);
-  if (start && thing != nullptr) {
-    const Vec3& p = thing->belief.mean;
-    layGround(session, GridRegion{std::min(start->x, p.x()) - kAround, std::min(start->y, p.y()) - kAround,
-                                  std::max(start->x, p.x()) + kAround, std::max(start->y, p.y()) + kAround});
-    std::optional<Goal> goal = goalOf(session, answer, from);
-    if (goal && goal->found && goal->reason.empty()) {
-      return goal;
-    }
-  }
-  layGround(session, std::nullopt);
-  return goalOf(session, answer, from);
+  const NodeId thing = answer.things.front().id;
+  return session.grid ? findGoal(session.map, thing, *session.grid, session.limits, *start)
+                      : findGoalInMap(session.map, thing, session.limits, *start, kMaxGridCells);
 }
 
 Json jsonOf(const Goal& goal) {
@@ -123,10 +88,7 @@ Json jsonOf(const std::string& text, const Answer& answer, const std::optional<G
                             {"reason", m.reason}});
   }
   j["reason"] = answer.reason;
-  j["parse"] = Json::object();
-  if (answer.request) {
-    j["parse"] = {{"reading", describe(*answer.request)}, {"unread", answer.request->unread}};
-  }
+  j["parse"] = Json::parse(parseJson(answer));
   j["goal"] = goal && goal->found ? jsonOf(*goal) : Json(nullptr);
   j["goal_reason"] = goal ? goal->reason : "";
   return j;
@@ -182,10 +144,13 @@ Result<Session> openSession(const QueryOptions& o) {
   LexiconLayers layers;
   layers.more_aliases = &aliases;
   Lexicon lexicon(scene.class_names, layers);
-  Session session{
-      std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}, 0, {}};
-  if (!o.no_goal && !o.batch.empty()) {
-    layGround(session, std::nullopt);
+  Session session{std::move(stored->map), std::move(scene), std::move(lexicon), config->config.traversability, {}};
+  if (!o.no_goal && !o.batch.empty() && !session.map.keyframes().poses().empty()) {
+    if (const Result<GridRegion> region = regionWithin(session.map, std::nullopt)) {
+      if (const Result<GridShape> shape = gridShape(*region, session.limits.resolution)) {
+        session.grid = buildCostGrid(session.map, *shape, session.limits);
+      }
+    }
   }
   return Result<Session>::ok(std::move(session));
 }
@@ -233,7 +198,7 @@ int query(const QueryOptions& o) {
   if (!o.from.empty() && !standpointOf(o.from)) {
     return fail("--from must be x,y,yaw");
   }
-  Result<Session> session = openSession(o);
+  const Result<Session> session = openSession(o);
   if (!session) {
     return fail(session.error);
   }
@@ -242,7 +207,7 @@ int query(const QueryOptions& o) {
   }
   const std::optional<Standpoint> from = standpointOf(o.from);
   const Answer answer = answerText(o.text, session->scene, session->lexicon, from, o.top);
-  const std::optional<Goal> goal = o.no_goal ? std::nullopt : nearbyGoalOf(*session, answer, from);
+  const std::optional<Goal> goal = o.no_goal ? std::nullopt : goalOf(*session, answer, from);
   if (o.json) {
     fmt::print("{}\n", lineOf(jsonOf(o.text, answer, goal)));
   } else {

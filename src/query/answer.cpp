@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "query/relations.h"
 #include "query/words.h"
@@ -136,6 +137,14 @@ std::string describe(const Request& request) {
                         request.view->phrase >= 0 ? describe(request, request.view->phrase, 3) : "the room");
   }
   return text;
+}
+
+std::string parseJson(const Answer& answer) {
+  nlohmann::ordered_json parse = nlohmann::ordered_json::object();
+  if (answer.request) {
+    parse = {{"reading", describe(*answer.request)}, {"unread", answer.request->unread}};
+  }
+  return parse.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 Answer answerText(const std::string& text, const QueryScene& scene, const Lexicon& lexicon,

@@ -36,4 +36,7 @@ Answer answerText(const std::string& text, const QueryScene& scene, const Lexico
 /// How a request was read, on one line: "chair (next to: table (largest))".
 std::string describe(const Request& request);
 
+/// How the text of an answer was read, as JSON: {"reading":"..","unread":words}, {} where it was not.
+std::string parseJson(const Answer& answer);
+
 }  // namespace hgg

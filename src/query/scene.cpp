@@ -28,7 +28,7 @@ Eigen::AlignedBox3d boxOf(const MapNode& node) {
   return box;
 }
 
-SceneThing thingOf(const Map& map, const MapNode& node) {
+SceneThing thingOf(const MapLeaves& map, const MapNode& node) {
   SceneThing thing;
   const Eigen::AlignedBox3d box = boxOf(node);
   thing.id = node.id, thing.label = node.label, thing.stuff = node.stuff;
@@ -47,7 +47,7 @@ SceneThing thingOf(const Map& map, const MapNode& node) {
     }
   }
   if (node.anchor >= 0) {
-    const Vec3& from = map.keyframes().poses()[static_cast<std::size_t>(node.anchor)].T_map_body.translation();
+    const Vec3& from = map.keyframes[static_cast<std::size_t>(node.anchor)].T_map_body.translation();
     if (const Vec2 towards = (from - thing.centre).head<2>(); towards.norm() > 0.1) {
       thing.seen_from = towards.normalized();
     }
@@ -57,12 +57,14 @@ SceneThing thingOf(const Map& map, const MapNode& node) {
 
 }  // namespace
 
-QueryScene sceneOf(const Map& map) {
+QueryScene sceneOf(const Map& map) { return sceneOf(map, map.classNames()); }
+
+QueryScene sceneOf(const MapLeaves& map, const std::map<ClassId, std::string>& class_names) {
   QueryScene scene;
-  scene.class_names = map.classNames();
+  scene.class_names = class_names;
   Eigen::AlignedBox3d all;
   Vec2 sum = Vec2::Zero();
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (!isConfirmed(node)) {
       continue;
     }

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "map/map.h"
+#include "traversability/map_leaves.h"
 
 namespace hgg {
 
@@ -36,6 +36,7 @@ struct QueryScene {
   Vec2 middle = Vec2::Zero();                    // of the things
 };
 
+QueryScene sceneOf(const MapLeaves& map, const std::map<ClassId, std::string>& class_names);
 QueryScene sceneOf(const Map& map);
 
 /// Shortest way between the boxes of two things, m; 0 when they touch or overlap.

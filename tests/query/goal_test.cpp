@@ -22,7 +22,7 @@ Goal goalWith(More more) {
   const TraversabilityConfig limits;
   const Result<GridShape> shape = gridShape(*regionOf(map), limits.resolution);
   const CostGrid grid = buildCostGrid(map, *shape, limits);
-  return findGoal(map, kBox, grid, limits, {0, 0, std::nullopt}, groundHeight(map, grid));
+  return findGoal(map, kBox, grid, limits, {});
 }
 
 TEST(Goal, IsNearTheSurfaceFacesItAndCanBeReached) {
@@ -45,13 +45,68 @@ TEST(Goal, BehindAWallIsTheNearestPoseThatCanBeReached) {
   EXPECT_NE(goal.reason.find("reached"), std::string::npos);
 }
 
+TEST(Goal, HasRoomForTheRobot) {
+  const Goal goal = goalWith([](SurfacesWorld& world) { world.add({3.3, -3, 0}, {0, 6, 0}, {0, 0, 2}); });
+  ASSERT_TRUE(goal.found) << goal.reason;
+  EXPECT_GT(std::abs(goal.position.x() - 3.3), TraversabilityConfig{}.footprint_radius);
+}
+
+TEST(Goal, IsNearTheSurfaceOfAThingThatStandsAtAnAngle) {
+  SurfacesWorld world;
+  world.setEye({0, 0, 0.6});
+  world.addFloor(-2, -4, 8, 4);
+  world.add({4, -1.5, 0}, {2, 2, 0}, {0, 0, 0.8}, 30, 1.5);  // in few leaves, as from far off
+  const Map map = world.map();
+  const Goal goal = findGoalInMap(map, kBox, {}, {}, kMaxGridCells);
+  ASSERT_TRUE(goal.isAtThing()) << goal.reason;
+  const double along = (goal.position.head<2>() - Eigen::Vector2d(4, -1.5)).dot(Eigen::Vector2d(1, 1).normalized());
+  EXPECT_GT(along, -kGoalReach);
+  EXPECT_LT(along, std::hypot(2, 2) + kGoalReach);
+  const double off = std::abs(goal.position.x() - goal.position.y() - 5.5) / std::sqrt(2);
+  EXPECT_LE(off, kGoalReach);
+  EXPECT_NEAR(off, goal.distance, 0.15);
+}
+
+/// A long hall with a wall across it, which can be passed far from the straight way only.
+SurfacesWorld hallWithADetour() {
+  SurfacesWorld world;
+  world.setEye({0, 0, 0.6});
+  for (const double y : {0.0, 5.0, 10.0}) {
+    world.addEye({0, y, 0.6});
+    world.addEye({6, y, 0.6});
+  }
+  world.addFloor(-2, -2, 9, 12);
+  world.add({5, -0.5, 0}, {1, 0, 0}, {0, 0, 0.8});
+  world.add({3, -2, 0}, {0, 12, 0}, {0, 0, 2});
+  return world;
+}
+
+TEST(Goal, WhereGroundIsLaidForItIsAsOnAllOfTheGround) {
+  const Map map = hallWithADetour().map();
+  const TraversabilityConfig limits;
+  const CostGrid grid = buildCostGrid(map, *gridShape(*regionOf(map), limits.resolution), limits);
+  const Goal whole = findGoal(map, kBox, grid, limits, {});
+  const Goal laid = findGoalInMap(map, kBox, limits, {}, kMaxGridCells);
+  ASSERT_TRUE(whole.isAtThing()) << whole.reason;
+  ASSERT_TRUE(laid.isAtThing()) << laid.reason;
+  EXPECT_GT(laid.path_length, 18) << "around the end of the wall, 10 m off";
+  EXPECT_NEAR(laid.path_length, whole.path_length, 0.5);
+}
+
+TEST(Goal, OnGroundThatIsTooLargeToLayIsRefused) {
+  const Map map = hallWithADetour().map();
+  const Goal goal = findGoalInMap(map, kBox, {}, {}, 100);
+  EXPECT_FALSE(goal.found);
+  EXPECT_FALSE(goal.reason.empty());
+}
+
 TEST(Goal, OfNothingIsNone) {
   SurfacesWorld world;
   world.addFloor(-2, -2, 2, 2);
   const Map map = world.map();
   const TraversabilityConfig limits;
   const CostGrid grid = buildCostGrid(map, *gridShape(*regionOf(map), limits.resolution), limits);
-  EXPECT_FALSE(findGoal(map, 99, grid, limits, {0, 0, std::nullopt}, 0).found);
+  EXPECT_FALSE(findGoal(map, 99, grid, limits, {}).found);
 }
 
 }  // namespace
