@@ -22,6 +22,8 @@ struct LcmConfig {
   std::string octomap = "OCTOMAP";
   std::string command = "HGG_COMMAND";
   std::string command_reply = "HGG_COMMAND_REPLY";
+  std::string goal_query = "GOAL_QUERY";
+  std::string goal_reply = "GOAL_REPLY";
 };
 
 struct FrameConfig {

@@ -16,7 +16,26 @@ Sink logSink() {
   sink.reply = [](const CommandReply& reply) {
     spdlog::info("command {} of '{}': {}{}", reply.request_id, reply.client, reply.ok ? "" : "refused: ", reply.text);
   };
+  sink.goal = [](const GoalReply& reply) {
+    spdlog::info("query {} of '{}': {}", reply.request_id, reply.client, goalLine(reply));
+  };
   return sink;
+}
+
+std::string goalLine(const GoalReply& reply) {
+  static constexpr const char* kSaid[] = {"?", "ok", "ambiguous", "not found", "not understood", "failed"};
+  std::string line = kSaid[static_cast<std::size_t>(reply.status)];
+  if (!reply.answers.empty()) {
+    const GoalAnswer& first = reply.answers.front();
+    line += fmt::format(", {} {} ({:.0f} %)", first.name, first.id, 100 * first.probability);
+  }
+  if (reply.goal_kind != GoalKind::kNone) {
+    line += fmt::format(", {:.1f} m to walk", reply.path_length);
+  }
+  for (const std::string& why : {reply.text, reply.goal_reason}) {
+    line += why.empty() ? "" : "; " + why;
+  }
+  return line;
 }
 
 std::string statusLine(const Status& s) {

@@ -30,11 +30,15 @@ void feed(Pipeline& pipeline, const Inbox& inbox) {
   }
 }
 
-/// Commands that cannot be read cannot be answered: nobody knows who asks.
+/// Requests that cannot be read cannot be answered: nobody knows who asks.
 void carryOut(Publisher& publisher, Pipeline& pipeline, const Inbox& inbox) {
   for (const RawMessage& message : inbox.commands) {
     const Result<Command> command = decodeCommand(message.bytes);
     command ? publisher.ask(*command) : pipeline.countUnreadable("command: " + command.error);
+  }
+  for (const RawMessage& message : inbox.queries) {
+    const Result<GoalQuery> query = decodeGoalQuery(message.bytes);
+    query ? publisher.ask(*query) : pipeline.countUnreadable("goal query: " + query.error);
   }
 }
 

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::size_t kMaxOdometry = 8192;       // messages nobody took; seconds even at 1 kHz
 constexpr std::size_t kMaxOdometryBytes = 1024;  // a longer one is no pose; its head is enough for decode to say so
-constexpr std::size_t kMaxCommands = 64;         // that nobody took
+constexpr std::size_t kMaxRequests = 64;         // commands, and queries, that nobody took
 constexpr std::size_t kMaxCommandBytes = 1024;   // a longer one is no command
+constexpr std::size_t kMaxQueryBytes = 65536;    // of a longer one nobody reads what is asked
 constexpr int kOdometryQueue = 256;              // within LCM, while the receive thread copies a cloud
 constexpr int kCloudQueue = 1;                   // within LCM, which keeps one more
 constexpr int kPoll_ms = 100;                    // how soon the receive thread sees that it shall end
@@ -68,7 +69,8 @@ bool Bus::subscribe(const LcmConfig& lcm) {
   auto* odometry = lcm_subscribe(lcm_.get(), literal(lcm.odometry).c_str(), &Bus::onOdometry, this);
   auto* cloud = lcm_subscribe(lcm_.get(), literal(lcm.lidar_semantic).c_str(), &Bus::onCloud, this);
   auto* command = lcm_subscribe(lcm_.get(), literal(lcm.command).c_str(), &Bus::onCommand, this);
-  if (!odometry || !cloud || !command) {
+  auto* query = lcm_subscribe(lcm_.get(), literal(lcm.goal_query).c_str(), &Bus::onQuery, this);
+  if (!odometry || !cloud || !command || !query) {
     return false;
   }
   lcm_subscription_set_queue_capacity(odometry, kOdometryQueue);
@@ -103,17 +105,24 @@ void Bus::onOdometry(const lcm_recv_buf_t* message, const char* /*channel*/, voi
   bus->news_.notify_one();
 }
 
-void Bus::onCommand(const lcm_recv_buf_t* message, const char* /*channel*/, void* self) {
-  auto* bus = static_cast<Bus*>(self);
-  const auto* bytes = static_cast<const std::uint8_t*>(message->data);
+void Bus::keep(const lcm_recv_buf_t& message, std::vector<RawMessage> Inbox::*requests, std::size_t most_bytes) {
+  const auto* bytes = static_cast<const std::uint8_t*>(message.data);
   {
-    const std::lock_guard lock(bus->mutex_);
-    std::vector<RawMessage>& commands = bus->inbox_.commands;
-    if (commands.size() < kMaxCommands) {
-      commands.push_back({now_us(), {bytes, bytes + std::min<std::size_t>(message->data_size, kMaxCommandBytes)}});
+    const std::lock_guard lock(mutex_);
+    std::vector<RawMessage>& kept = inbox_.*requests;
+    if (kept.size() < kMaxRequests) {
+      kept.push_back({now_us(), {bytes, bytes + std::min<std::size_t>(message.data_size, most_bytes)}});
     }
   }
-  bus->news_.notify_one();
+  news_.notify_one();
+}
+
+void Bus::onCommand(const lcm_recv_buf_t* message, const char* /*channel*/, void* self) {
+  static_cast<Bus*>(self)->keep(*message, &Inbox::commands, kMaxCommandBytes);
+}
+
+void Bus::onQuery(const lcm_recv_buf_t* message, const char* /*channel*/, void* self) {
+  static_cast<Bus*>(self)->keep(*message, &Inbox::queries, kMaxQueryBytes);
 }
 
 void Bus::onCloud(const lcm_recv_buf_t* message, const char* /*channel*/, void* self) {

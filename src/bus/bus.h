@@ -30,6 +30,7 @@ struct Inbox {
   std::vector<RawMessage> odometry;  // in order of arrival
   std::optional<RawMessage> cloud;   // the newest
   std::vector<RawMessage> commands;  // in order of arrival; those beyond a bound are lost, and their senders ask again
+  std::vector<RawMessage> queries;   // likewise
   std::int64_t clouds_replaced = 0;  // older ones that nobody took
   std::int64_t odometry_lost = 0;    // oldest ones, when nobody took them for long
 };
@@ -59,10 +60,14 @@ class Bus {
   Bus() = default;
   static void onOdometry(const lcm_recv_buf_t* message, const char* channel, void* self);
   static void onCommand(const lcm_recv_buf_t* message, const char* channel, void* self);
+  static void onQuery(const lcm_recv_buf_t* message, const char* channel, void* self);
   static void onCloud(const lcm_recv_buf_t* message, const char* channel, void* self);
   bool subscribe(const LcmConfig& lcm);
   void receive(const std::stop_token& stop);
-  bool hasNews() const { return inbox_.cloud || !inbox_.commands.empty() || !odometry_.empty(); }
+  void keep(const lcm_recv_buf_t& message, std::vector<RawMessage> Inbox::*requests, std::size_t most_bytes);
+  bool hasNews() const {
+    return inbox_.cloud || !inbox_.commands.empty() || !inbox_.queries.empty() || !odometry_.empty();
+  }
 
   std::unique_ptr<lcm_t, LcmCloser> lcm_;
   std::mutex mutex_;  // guards what follows

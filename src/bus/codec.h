@@ -34,6 +34,7 @@ std::optional<MessageHead> peekHead(Bytes message);
 constexpr std::int64_t kMaxPoints = 4'000'000;
 constexpr std::int32_t kMaxFields = 64;
 constexpr std::int32_t kMaxStringBytes = 256;
+constexpr std::int32_t kMaxTextBytes = 65'536;
 constexpr std::int64_t kMaxPixels = 16'777'216;
 constexpr std::int32_t kMaxEmbeddings = 65'536;
 constexpr std::int32_t kMaxEmbeddingSize = 4096;
@@ -59,6 +60,9 @@ Result<DepthImage> decodeDepthImage(Bytes message);
 /// hgg.command_t. Numbers that make no sense are taken as they are: they have to be answered.
 Result<Command> decodeCommand(Bytes message);
 
+/// hgg.goal_query_t. Its text may be longer than what is answered, and no UTF-8.
+Result<GoalQuery> decodeGoalQuery(Bytes message);
+
 /// A pose in whatever frame its channel speaks of: odom on the way in, map on the way out.
 std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_parent_body);
 /// x, y, z (f32), label (u16), and instance (u32) when any point has one.
@@ -77,6 +81,8 @@ std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update);
 std::vector<std::uint8_t> encodeStatus(const Status& status);
 std::vector<std::uint8_t> encodeOctomap(const OctomapBytes& octomap);
 std::vector<std::uint8_t> encodeCommandReply(const CommandReply& reply);
+/// At most 100 answers and 10,000 waypoints go out; of a longer path the first ones.
+std::vector<std::uint8_t> encodeGoalReply(const GoalReply& reply);
 
 /// A message that is larger is sent in parts where it can be. Receivers have buffers of a few MB.
 constexpr std::size_t kMostMessageBytes = 1 << 20;

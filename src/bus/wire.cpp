@@ -6,9 +6,9 @@ namespace hgg {
 
 static_assert(std::endian::native == std::endian::little, "arrays are read and written as they lie in the message");
 
-std::string_view WireReader::string(const char* what_is_wrong) {
+std::string_view WireReader::string(const char* what_is_wrong, std::int32_t most) {
   const auto size = integer<std::int32_t>();
-  check(size >= 1 && size <= kMaxStringBytes, what_is_wrong);
+  check(size >= 1 && size <= most, what_is_wrong);
   const auto bytes = failed() ? Bytes{} : block(static_cast<std::size_t>(size));
   check(!bytes.empty() && bytes.back() == 0, what_is_wrong);
   return failed() ? std::string_view{}

@@ -34,8 +34,8 @@ class WireReader {
   }
   double real() { return std::bit_cast<double>(integer<std::uint64_t>()); }
   bool boolean() { return integer<std::uint8_t>() != 0; }
-  /// At most kMaxStringBytes, its terminating zero included; lies in the message.
-  std::string_view string(const char* what_is_wrong);
+  /// At most `most` bytes, its terminating zero included; lies in the message.
+  std::string_view string(const char* what_is_wrong, std::int32_t most = kMaxStringBytes);
   /// The next `size` bytes, which lie in the message.
   Bytes block(std::size_t size);
   /// A length (i32), then as many bytes.

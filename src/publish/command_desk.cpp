@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
 
 namespace hgg {
 namespace {
@@ -35,36 +35,19 @@ CommandReply refusal(const Command& command, std::string why) {
 }
 
 CommandDesk::Admission CommandDesk::admit(const Command& command) {
-  const Key key{command.client, command.request_id};
-  const auto told = std::ranges::find_if(
-      told_, [&](const CommandReply& r) { return r.request_id == command.request_id && r.client == command.client; });
-  if (told != told_.end()) {
-    return {false, *told};
+  Requests::Admission admission = desk_.admit({command.client, command.request_id});
+  if (admission.verdict == Requests::Verdict::kFull) {
+    return {false, refusal(command, fmt::format("{} commands wait already: ask again later", kMostWaiting))};
   }
-  if (waiting_.contains(key)) {
-    return {};
+  if (admission.verdict != Requests::Verdict::kNew) {
+    return {false, std::move(admission.reply)};
   }
   if (std::string why = whyRefused(command.kind); !why.empty()) {
-    remember(refusal(command, std::move(why)));
-    return {false, told_.back()};
+    CommandReply reply = refusal(command, std::move(why));
+    answered(reply);
+    return {false, std::move(reply)};
   }
-  if (waiting_.size() >= kMostWaiting) {
-    return {false, refusal(command, fmt::format("{} commands wait already: ask again later", waiting_.size()))};
-  }
-  waiting_.insert(key);
   return {true, std::nullopt};
-}
-
-void CommandDesk::answered(const CommandReply& reply) {
-  waiting_.erase({reply.client, reply.request_id});
-  remember(reply);
-}
-
-void CommandDesk::remember(const CommandReply& reply) {
-  told_.push_back(reply);
-  if (told_.size() > kMostRemembered) {
-    told_.pop_front();
-  }
 }
 
 }  // namespace hgg

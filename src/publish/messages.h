@@ -138,9 +138,51 @@ struct CommandReply {
   double ms = 0;              // it took
 };
 
+/// "Go to the bench next to the tree", as it came; numbers are whatever the sender wrote. Fields of hgg.goal_query_t.
+struct GoalQuery {
+  std::string client;
+  std::int64_t request_id = 0;
+  std::string text;
+  std::optional<std::array<double, 4>> start;  // x, y, z [m] and yaw [rad], map frame; z may be NaN: the ground there
+  std::int32_t max_answers = 0;                // 0: as many as are usual
+  bool with_goal = false;
+};
+
+/// One thing that may be meant; fields of hgg.goal_answer_t.
+struct GoalAnswer {
+  NodeId id = 0;
+  std::string name;
+  double probability = 0;
+  Vec3 mean = Vec3::Zero();  // m, map frame
+  Mat3 cov = Mat3::Zero();   // m^2, extent
+  std::string reason;        // one sentence
+};
+
+/// Values of hgg.goal_reply_t.
+enum class GoalStatus : std::int8_t { kOk = 1, kAmbiguous = 2, kNotFound = 3, kNotUnderstood = 4, kFailed = 5 };
+enum class GoalKind : std::int8_t { kNone = 0, kReachable = 1, kNearest = 2 };
+
+/// The answer to a goal query; fields of hgg.goal_reply_t.
+struct GoalReply {
+  Micros utime_us = 0;  // of the newest frame in the map
+  std::string client;
+  std::int64_t request_id = 0;
+  std::int64_t revision = 0;
+  GoalStatus status = GoalStatus::kFailed;
+  std::string text;   // one sentence: why there is no answer, or more than one
+  std::string parse;  // JSON: how the words were understood
+  std::vector<GoalAnswer> answers;
+  GoalKind goal_kind = GoalKind::kNone;
+  Vec3 goal = Vec3::Zero();  // m, map frame, on the ground
+  double goal_yaw = 0;       // rad
+  std::string goal_reason;
+  double path_length = 0, path_confidence = 0;
+  std::vector<Vec3> path;  // m, map frame, on the ground
+};
+
 /// Where messages go: the bus, the log, a viewer. A sink leaves empty what it has no use for. Calls come one at a time,
 /// from the thread that maps, so a slow sink holds up the next frame; those of `ground` and `octomap` come one at a
-/// time from another thread, beside the others, and may take their time.
+/// time from another thread, and those of `goal` from a third, beside the others; they may take their time.
 struct Sink {
   std::function<void(const PoseUpdate&)> pose;
   std::function<void(const GraphUpdate&)> graph;
@@ -150,6 +192,7 @@ struct Sink {
   std::function<void(const GroundGrid&)> ground = nullptr;
   std::function<void(const OctomapBytes&)> octomap = nullptr;
   std::function<void(const CommandReply&)> reply = nullptr;
+  std::function<void(const GoalReply&)> goal = nullptr;
 };
 
 }  // namespace hgg

@@ -18,7 +18,11 @@ constexpr Micros kIdle_us = 60'000'000;      // the complaint that nothing comes
 }  // namespace
 
 Publisher::Publisher(const Mapper& mapper, std::vector<Sink> sinks, Clock clock)
-    : mapper_(mapper), sinks_(std::move(sinks)), clock_(std::move(clock)), ground_(mapper, sinks_) {
+    : mapper_(mapper),
+      sinks_(std::move(sinks)),
+      clock_(std::move(clock)),
+      ground_(mapper, sinks_),
+      goals_(mapper, sinks_) {
   last_.time_us = next_complete_us_ = next_idle_us_ = clock_();
 }
 
@@ -39,6 +43,7 @@ FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing
   timing.stage_ms.emplace_back("publish", publish_ms);
   timing.frame_ms += publish_ms;
   ground_.follow(report);
+  goals_.follow(report);
   latest_ = {report.utime_us,       timing,          nameOf(report.source), report.degenerate, report.tracking,
              report.odometry_fault, report.fragment, report.pose_cov};
   warnOfAlarms();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "mapper.h"
+#include "publish/goal_publisher.h"
 #include "publish/graph_update.h"
 #include "publish/ground_publisher.h"
 #include "publish/health.h"
@@ -30,8 +31,13 @@ class Publisher {
   void tick(const RunCounts& counts);
   /// Carries out a command, or says why not; the answer comes when all of it is done.
   void ask(const Command& command) { ground_.ask(command); }
+  /// Answers a query, as soon as the answer is found.
+  void ask(const GoalQuery& query) { goals_.ask(query); }
   /// Waits for what is being made, and sends it.
-  void settle() { ground_.settle(clock_()); }
+  void settle() {
+    ground_.settle(clock_());
+    goals_.settle();
+  }
 
  private:
   template <typename Message>
@@ -46,6 +52,7 @@ class Publisher {
   Clock clock_;
   MoveQueue moves_;
   GroundPublisher ground_;
+  GoalPublisher goals_;
   LatestFrame latest_;
   std::set<std::string> told_;              // codes of the alarms there are
   CountsAt last_;                           // at the last status

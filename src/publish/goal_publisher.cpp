@@ -1,0 +1,92 @@
+#include "publish/goal_publisher.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <utility>
+
+namespace hgg {
+namespace {
+
+/// Mapping goes first where there are fewer cores than threads, but somebody waits for the answer.
+constexpr int kNice = 5;
+
+std::tuple<std::string, std::int64_t, std::string> keyOf(const GoalQuery& query) {
+  return {query.client, query.request_id, query.text};
+}
+
+}  // namespace
+
+GoalPublisher::GoalPublisher(const Mapper& mapper, std::vector<Sink> sinks)
+    : mapper_(mapper), sinks_(std::move(sinks)), answerer_(mapper.config().traversability) {
+  if (std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.goal); })) {
+    thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
+  }
+}
+
+GoalPublisher::~GoalPublisher() = default;
+
+void GoalPublisher::work(const std::stop_token& stop) {
+  // Signals belong to the main thread.
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  std::unique_lock lock(mutex_);
+  while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); })) {
+    Job job = std::move(jobs_.front());
+    lock.unlock();
+    const GoalReply reply = answerer_.answer(std::move(job.first), job.second);
+    lock.lock();
+    const bool is_answer = reply.status != GoalStatus::kFailed;
+    desk_.close(keyOf(job.second), is_answer ? std::optional(reply) : std::nullopt);
+    send(reply);
+    jobs_.pop_front();
+    wake_.notify_all();
+  }
+}
+
+void GoalPublisher::follow(const StepReport& report) {
+  utime_us_ = report.utime_us;
+  T_map_body_ = report.tracking == Tracking::kLost ? std::nullopt : std::optional(report.T_map_body);
+}
+
+void GoalPublisher::ask(const GoalQuery& query) {
+  if (!thread_.joinable()) {
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  const Map& map = mapper_.map();
+  if (map.nodes().empty()) {
+    send(failure(query, "there is no map yet: ask again later"));
+    return;
+  }
+  const Requests::Admission admission = desk_.admit(keyOf(query));
+  if (admission.verdict == Requests::Verdict::kAnswered) {
+    send(*admission.reply);
+  } else if (admission.verdict == Requests::Verdict::kFull) {
+    send(failure(query, fmt::format("{} queries wait already: ask again later", Requests::kMostAtWork)));
+  } else if (admission.verdict == Requests::Verdict::kNew) {
+    jobs_.push_back({{allOf(map), map.classNames(), utime_us_, map.revision(), T_map_body_}, query});
+    wake_.notify_all();
+  }
+}
+
+void GoalPublisher::settle() {
+  std::unique_lock lock(mutex_);
+  wake_.wait(lock, [this] { return jobs_.empty(); });
+}
+
+/// Under the lock, so that replies come one at a time.
+void GoalPublisher::send(const GoalReply& reply) const {
+  for (const Sink& sink : sinks_) {
+    if (sink.goal) {
+      sink.goal(reply);
+    }
+  }
+}
+
+}  // namespace hgg
