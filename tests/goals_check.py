@@ -11,7 +11,7 @@ import struct
 import sys
 from pathlib import Path
 
-SEEN = 100  # frames that an object was seen in: more than are left of the drive when it is asked for
+SEEN = 40  # frames that an object was seen in: more than are left of the drive when it is asked for
 NEAR, IN_TIME_MS = 1.0, 1000  # m from the surface; the latency that is asked for is 100 ms, on an idle machine
 FREE, BLOCKED = 0, 1  # walk_grid's `standing`
 
@@ -21,14 +21,16 @@ def objects(truth):
 
 
 def choose(truth):
-    """The first thing that needs no other to be told, and the first two that do."""
+    """The first thing that its class alone tells, and the first two of other classes that are told by another thing."""
     seen = {k for k, o in objects(truth).items() if o["frames"] >= SEEN}
     queries = [q for q in map(json.loads, (truth / "queries.jsonl").open()) if q["target"] in seen]
-    plain = [q for q in queries if " next to " not in q["text"]]
-    beside = [q for q in queries if " next to " in q["text"]]
-    if not plain or len(beside) < 2:
+    chosen = [q for q in queries if q["text"] == f"the {q['class']}"][:1]
+    for query in queries:
+        if " next to " in query["text"] and query["class"] not in {q["class"] for q in chosen} and len(chosen) < 3:
+            chosen.append(query)
+    if len(chosen) < 3:
         sys.exit("goals_check: too few objects were seen well")
-    for query in [plain[0], *beside[:2]]:
+    for query in chosen:
         print(json.dumps(query))
 
 

@@ -17,7 +17,7 @@ if [ "${1:-}" != --inside ]; then
   exec unshare --net "${map_root[@]}" "$0" --inside "$@"
 fi
 
-build=$2 out=$3 world=${4:-office} frames=${5:-300}
+build=$2 out=$3 world=${4:-apartment} frames=${5:-300}
 repo=$(cd "$(dirname "$0")/.." && pwd)
 url="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 ip link set lo up
@@ -55,8 +55,8 @@ waited_for 20 is_listening || fail "hggmap run does not listen"
 lcm-logplayer -s 1 --lcm-url="$url" "$out/drive.lcm" >"$out/player.log" 2>&1 &
 player=$!
 
-# While the drive goes on: in the last quarter of it, one after the other.
-sleep "$((frames * 3 / 40))"
+# While the drive goes on: in the last tenth of it, one after the other.
+sleep "$((frames * 9 / 100))"
 export PYTHONPATH="$out/types:$repo/tests/python"
 number=0
 while read -r line; do

@@ -13,6 +13,8 @@ namespace {
 constexpr double kFarthest = 6.0;       // m from the thing: a pose farther away does not help
 constexpr double kPerWorstGround = 20;  // m of way that one would take to stand on good ground instead of the worst
 constexpr double kBestDistance = 0.6;   // m: near enough to reach, far enough to turn
+/// Up to here the thing is within kGoalReach although the map errs about its surface. m, m of way a metre beyond it
+constexpr double kSureReach = 0.8, kPerMetreUnsure = 200;
 /// Beyond kGoalReach every centimetre counts more than any way. m of way, m a metre
 constexpr double kTooFar = 1e4, kPerMetreTooFar = 1e3;
 /// Ground is laid this far around start and thing: little at first, because laying it is what takes time. m
@@ -77,7 +79,9 @@ double penaltyOf(const Support& ground, double distance) {
   if (distance > kGoalReach) {
     return kTooFar + kPerMetreTooFar * distance;
   }
-  return kPerWorstGround * (ground.cost / static_cast<double>(kCostWorst) + 0.5 * std::abs(distance - kBestDistance));
+  const double unsure = std::max(0.0, distance - kSureReach) * kPerMetreUnsure;
+  return unsure +
+         kPerWorstGround * (ground.cost / static_cast<double>(kCostWorst) + 0.5 * std::abs(distance - kBestDistance));
 }
 
 /// Where one can stand within kFarthest of the thing.

@@ -41,6 +41,7 @@ struct Support {
   bool carries = true;        // false: a wall, a pole, a ceiling
   bool spans_hole = false;    // much of it lies deeper than a step below its top
   bool seen = true;           // false: filled in between what was seen
+  bool trodden = false;       // the robot's centre was over it
 
   bool operator==(const Support&) const = default;
 };

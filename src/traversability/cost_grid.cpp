@@ -168,7 +168,9 @@ void judge(CostGrid& grid, const WalkedWay& walked, std::int32_t column, std::in
     s.step = static_cast<float>(step);
     reach.look(kSlopeReach);
     s.slope = static_cast<float>(slopeOf(grid, column, row, s.height, limits.max_slope_deg * kDegree));
-    s.cost = costOf(s, wasWalkedOn(walked, grid, static_cast<std::int32_t>(cell), s), limits);
+    const bool was_walked = wasWalkedOn(walked, grid, static_cast<std::int32_t>(cell), s);
+    s.cost = costOf(s, was_walked, limits);
+    s.trodden = was_walked && walked.is_core[cell] != 0;
   }
 }
 

@@ -47,7 +47,8 @@ Footholds::Footholds(const CostGrid& grid, const TraversabilityConfig& limits)
         }
         const auto cell = static_cast<std::size_t>(shape.cell(column + dc, row + dr));
         for (std::uint32_t other = grid.first[cell]; other < grid.first[cell + 1]; ++other) {
-          if (isInTheWay(grid.supports[k], grid.supports[other].height, limits)) {
+          // Where the robot walked it had room, whatever a stray point beside its way says.
+          if (!grid.supports[other].trodden && isInTheWay(grid.supports[k], grid.supports[other].height, limits)) {
             clear_[other] = 0;
           }
         }

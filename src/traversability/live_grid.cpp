@@ -218,7 +218,8 @@ const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) 
     work_.columns += changed.has(cell) || freed.has(cell) ? 1 : 0;
     marks[cell] = before < 0 ||
                           !std::ranges::equal(joined.column(static_cast<std::int32_t>(cell)), joined_.column(before)) ||
-                          !isSame(walked.height[cell], walked_.height[static_cast<std::size_t>(before)])
+                          !isSame(walked.height[cell], walked_.height[static_cast<std::size_t>(before)]) ||
+                          walked.is_core[cell] != walked_.is_core[static_cast<std::size_t>(before)]
                       ? 1
                       : 0;
   });

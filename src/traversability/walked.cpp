@@ -51,13 +51,17 @@ void markFootprint(const GridShape& shape, const Vec3& p_feet, double radius, Wa
       }
     }
   }
+  if (shape.contains(column, row)) {
+    way.is_core[static_cast<std::size_t>(shape.cell(column, row))] = 1;
+  }
 }
 
 }  // namespace
 
 WalkedWay walkedWayOf(const MapLeaves& map, const CostGrid& grid, const TraversabilityConfig& limits) {
-  WalkedWay way{
-      std::vector<float>(static_cast<std::size_t>(grid.shape.cells()), std::numeric_limits<float>::quiet_NaN())};
+  const auto cells = static_cast<std::size_t>(grid.shape.cells());
+  WalkedWay way{std::vector<float>(cells, std::numeric_limits<float>::quiet_NaN()),
+                std::vector<std::uint8_t>(cells, 0)};
   const std::optional<double> above = bodyAboveGround(map, grid);
   const std::vector<TimedPose>& poses = map.keyframes;
   for (std::size_t k = 1; above && k < poses.size(); ++k) {

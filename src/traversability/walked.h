@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "traversability/cost_grid.h"
@@ -9,7 +10,8 @@ namespace hgg {
 
 /// Where the robot has walked already: no better evidence that one can. Between keyframes it went straight.
 struct WalkedWay {
-  std::vector<float> height;  // m, map frame, about where its feet were; one a cell, NaN where it was not
+  std::vector<float> height;          // m, map frame, about where its feet were; one a cell, NaN where it was not
+  std::vector<std::uint8_t> is_core;  // of each cell: 1 where its centre was, to a cell
 
   bool isOn(std::int32_t cell) const { return !std::isnan(height[static_cast<std::size_t>(cell)]); }
 };

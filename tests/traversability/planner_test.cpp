@@ -48,6 +48,27 @@ TEST(Planner, DoesNotSqueezeThroughAGapNarrowerThanTheRobot) {
   EXPECT_NE(plan.reason.find("obstacles"), std::string::npos) << plan.reason;
 }
 
+TEST(Planner, WhereTheRobotWalkedItHasRoomThoughAPointBesideItsWaySaysNot) {
+  const auto doorway = [](bool walked) {
+    SurfacesWorld world;
+    world.addFloor(-3, -2, 3, 2);
+    world.add({0, -4, 0}, {0, 3.75, 0}, {0, 0, 2});
+    world.add({0, 0.25, 0}, {0, 3.75, 0}, {0, 0, 2});
+    world.add({-0.05, 0.15, 0}, {0.1, 0, 0}, {0, 0, 1});  // in a doorway of half a metre
+    world.setEye({-1.2, 0.05, 0.6});
+    Map map = world.map();
+    for (int k = 1; walked && k < 3; ++k) {
+      MapUpdate update;
+      update.keyframe = NewKeyframe{{k * 1'000'000, Pose(Eigen::Translation3d(-1.2 + 1.2 * k, 0.05, 0.6))}, {}};
+      map.apply(std::move(update));
+    }
+    return planPath(buildCostGrid(map, *gridShape({-4, -4, 4, 4}, 0.1), {}), {}, request(-2, -1, 2, -1));
+  };
+  EXPECT_FALSE(doorway(false).found);
+  const Plan plan = doorway(true);
+  EXPECT_TRUE(plan.found) << plan.reason;
+}
+
 TEST(Planner, EveryPlaceOfAPathIsFreeWithTheFootprintAroundIt) {
   SurfacesWorld world = wallWithGap(0.9);
   world.addSides(-1.2, -0.5, -0.9, 0.4, 0, 1);
