@@ -27,10 +27,10 @@ class GoalAnswerer {
   explicit GoalAnswerer(const TraversabilityConfig& limits) : limits_(limits) {}
 
   GoalReply answer(AskedMap map, const GoalQuery& query);
-
- private:
+  /// The words for these classes; made anew only when the classes are others than the last time.
   const Lexicon& lexiconOf(const std::map<ClassId, std::string>& class_names);
 
+ private:
   TraversabilityConfig limits_;
   std::map<ClassId, std::string> class_names_;  // of the lexicon
   std::unique_ptr<Lexicon> lexicon_;

@@ -1,18 +1,14 @@
 #include "publish/goal_publisher.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
+#include <string>
 #include <utility>
 
 namespace hgg {
 namespace {
-
-/// Mapping goes first where there are fewer cores than threads, but somebody waits for the answer.
-constexpr int kNice = 5;
 
 std::tuple<std::string, std::int64_t, std::string> keyOf(const GoalQuery& query) {
   return {query.client, query.request_id, query.text};
@@ -34,7 +30,7 @@ void GoalPublisher::work(const std::stop_token& stop) {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  answerer_.lexiconOf({});  // reads WordNet, so that the first who asks need not wait for that
   std::unique_lock lock(mutex_);
   while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); })) {
     Job job = std::move(jobs_.front());

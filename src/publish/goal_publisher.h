@@ -18,7 +18,7 @@
 namespace hgg {
 
 /// Answers goal queries on a thread of its own, each of a copy of the map at the time it came, so that no frame waits.
-/// A reply is sent as soon as it is made.
+/// The thread has the priority of mapping, because somebody waits. A reply is sent as soon as it is made.
 class GoalPublisher {
  public:
   /// `mapper` and the sinks must outlive it. Without a sink for replies queries are dropped.
