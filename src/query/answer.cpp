@@ -122,6 +122,14 @@ void allowForMisreading(std::vector<Referent>& candidates, int unread) {
   }
 }
 
+std::optional<Standpoint> inScene(const QueryScene& scene, const std::optional<Standpoint>& from) {
+  if (!from) {
+    return std::nullopt;
+  }
+  const Vec2 p = Eigen::Rotation2Dd(-scene.yaw) * Vec2(from->x, from->y);
+  return Standpoint{p.x(), p.y(), from->yaw - scene.yaw};
+}
+
 }  // namespace
 
 const char* nameOf(AnswerStatus status) {
@@ -154,18 +162,19 @@ Answer answerText(const std::string& text, const QueryScene& scene, const Lexico
     return noAnswer(AnswerStatus::kNotUnderstood, parse.reason);
   }
   std::size_t best = 0;
-  Grounding grounding = groundReadings(parse.readings, scene, from, best);
+  Grounding grounding = groundReadings(parse.readings, scene, inScene(scene, from), best);
   const Request& request = parse.readings[best];
   const Phrase& target = request.phrases[static_cast<std::size_t>(request.target)];
   if (grounding.target.empty()) {
     return noAnswer(AnswerStatus::kNotFound, fmt::format("the map has no \"{}\"", target.words), request);
   }
   allowForMisreading(grounding.target, request.unread);
+  const Pose T_map_scene(Eigen::AngleAxisd(scene.yaw, Vec3::UnitZ()));
   Answer answer{AnswerStatus::kOk, {}, {}, request};
   for (std::size_t k = 0; k < std::min(top, grounding.target.size()); ++k) {
     const Referent& c = grounding.target[k];
     const SceneThing& thing = scene.things[static_cast<std::size_t>(c.thing)];
-    answer.things.push_back({thing.id, nameOf(scene, thing.label), c.probability, thing.centre,
+    answer.things.push_back({thing.id, nameOf(scene, thing.label), c.probability, T_map_scene * thing.centre,
                              reasonFor(request, grounding, scene, thing)});
   }
   const std::vector<Referent>& all = grounding.target;

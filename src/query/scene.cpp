@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
+#include <span>
 
 #include "core/spd.h"
 
@@ -10,27 +12,52 @@ namespace {
 
 /// Half an edge of a solid box in standard deviations; a leaf is taken to end where a sheet of its covariance would.
 const double kEdgeInSigmas = std::sqrt(3.0);
+/// Below this a class is what a segmenter that mistakes one object in ten sees now and then, and nobody means by it.
+constexpr double kLeastBelief = 0.15;
 constexpr double kLeastHalf = 0.005;  // m: nothing is thinner than a sheet of card
 
+/// The direction, up to quarter turns, of most upright surfaces seen from above; 0 where there is none. Each adds a
+/// vector of four times its angle, as long as the surface.
+double yawOfWalls(const MapLeaves& map) {
+  constexpr double kUpright = 0.5;     // of its length, that a surface at least is high
+  constexpr double kLeastAlike = 0.2;  // of all lengths, that the vectors together are long: else there is no direction
+  std::complex<double> sum = 0;
+  double lengths = 0;  // m
+  for (const auto& [id, node] : map.nodes) {
+    for (const Leaf& leaf : isConfirmed(node) ? leavesOf(node) : std::span<const Leaf>{}) {
+      const Mat3 cov = transform(node.T_map_object, unpackLeaf(leaf)).cov;
+      const std::complex<double> twice(cov(0, 0) - cov(1, 1), 2 * cov(0, 1));  // its angle twice; its length squared
+      const double length = std::sqrt(std::abs(twice));
+      if (length > 0 && std::sqrt(cov(2, 2)) > kUpright * length) {
+        sum += length * std::pow(twice / std::abs(twice), 2);
+        lengths += length;
+      }
+    }
+  }
+  return std::abs(sum) > kLeastAlike * lengths ? std::arg(sum) / 4 : 0;
+}
+
 /// Of the leaves where there are some, else of the Gaussian as a solid box.
-Eigen::AlignedBox3d boxOf(const MapNode& node) {
+Eigen::AlignedBox3d boxOf(const MapNode& node, const Pose& T_scene_map) {
   Eigen::AlignedBox3d box;
+  const Pose T_scene_object = T_scene_map * node.T_map_object;
   for (const Leaf& leaf : leavesOf(node)) {
-    const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
+    const Belief b = transform(T_scene_object, unpackLeaf(leaf));
     const Vec3 half = kEdgeInSigmas * b.cov.diagonal().cwiseMax(0).cwiseSqrt();
     box.extend(b.mean - half);
     box.extend(b.mean + half);
   }
   if (box.isEmpty()) {
-    const Vec3 half = kEdgeInSigmas * node.belief.cov.diagonal().cwiseMax(0).cwiseSqrt();
-    box = Eigen::AlignedBox3d(node.belief.mean - half, node.belief.mean + half);
+    const Belief b = transform(T_scene_map, node.belief);
+    const Vec3 half = kEdgeInSigmas * b.cov.diagonal().cwiseMax(0).cwiseSqrt();
+    box = Eigen::AlignedBox3d(b.mean - half, b.mean + half);
   }
   return box;
 }
 
-SceneThing thingOf(const MapLeaves& map, const MapNode& node) {
+SceneThing thingOf(const MapLeaves& map, const MapNode& node, const Pose& T_scene_map) {
   SceneThing thing;
-  const Eigen::AlignedBox3d box = boxOf(node);
+  const Eigen::AlignedBox3d box = boxOf(node, T_scene_map);
   thing.id = node.id, thing.label = node.label, thing.stuff = node.stuff;
   thing.classes = node.stuff ? ClassWeights{{node.label, 1.0F}} : classProbabilities(node.classes);
   thing.centre = box.center();
@@ -41,13 +68,13 @@ SceneThing thingOf(const MapLeaves& map, const MapNode& node) {
     thing.lab = labOf(*node.looks.rgb);
   }
   if (node.looks.front_object) {
-    const Vec2 front = (node.T_map_object.linear() * *node.looks.front_object).head<2>();
+    const Vec2 front = (T_scene_map.linear() * node.T_map_object.linear() * *node.looks.front_object).head<2>();
     if (front.norm() > 0.1) {
       thing.front = front.normalized();
     }
   }
   if (node.anchor >= 0) {
-    const Vec3& from = map.keyframes[static_cast<std::size_t>(node.anchor)].T_map_body.translation();
+    const Vec3 from = T_scene_map * map.keyframes[static_cast<std::size_t>(node.anchor)].T_map_body.translation();
     if (const Vec2 towards = (from - thing.centre).head<2>(); towards.norm() > 0.1) {
       thing.seen_from = towards.normalized();
     }
@@ -62,18 +89,22 @@ QueryScene sceneOf(const Map& map) { return sceneOf(map, map.classNames()); }
 QueryScene sceneOf(const MapLeaves& map, const std::map<ClassId, std::string>& class_names) {
   QueryScene scene;
   scene.class_names = class_names;
+  scene.yaw = yawOfWalls(map);
+  const Pose T_scene_map(Eigen::AngleAxisd(-scene.yaw, Vec3::UnitZ()));
   Eigen::AlignedBox3d all;
   Vec2 sum = Vec2::Zero();
   for (const auto& [id, node] : map.nodes) {
     if (!isConfirmed(node)) {
       continue;
     }
-    SceneThing thing = thingOf(map, node);
+    SceneThing thing = thingOf(map, node, T_scene_map);
     all.extend(thing.centre - thing.half);
     all.extend(thing.centre + thing.half);
     sum += thing.centre.head<2>();
     for (const auto& [label, share] : thing.classes) {
-      scene.of_class[label].push_back(static_cast<int>(scene.things.size()));
+      if (share >= kLeastBelief) {
+        scene.of_class[label].push_back(static_cast<int>(scene.things.size()));
+      }
     }
     scene.things.push_back(std::move(thing));
   }

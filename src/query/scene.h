@@ -12,14 +12,14 @@ namespace hgg {
 
 using Vec2 = Eigen::Vector2d;
 
-/// A thing of the map as queries see it. Metres, map frame; z is up.
+/// A thing of the map as queries see it. Metres, in the frame of the scene (QueryScene::yaw); z is up.
 struct SceneThing {
   NodeId id = 0;
   ClassId label = 0;
   bool stuff = false;
   ClassWeights classes;        // probabilities
   Vec3 centre = Vec3::Zero();  // of its box
-  Vec3 half = Vec3::Zero();    // half the edges of its box, along the axes of the map
+  Vec3 half = Vec3::Zero();    // half the edges of its box, along the axes of the scene
   double sigma = 0;            // how well its place is known: standard deviation along one axis, to its neighbours
   double existence = 1;
   std::optional<Vec3> lab;        // colour: CIE L*a*b*
@@ -29,8 +29,9 @@ struct SceneThing {
 
 /// What queries are asked about: the confirmed nodes of a map, made once for many queries.
 struct QueryScene {
+  double yaw = 0;  // rad: the scene is the map turned back by this, so that most walls lie along its axes and boxes fit
   std::vector<SceneThing> things;                // ascending by id
-  std::map<ClassId, std::vector<int>> of_class;  // things with some belief in the class
+  std::map<ClassId, std::vector<int>> of_class;  // things that may well be of the class
   std::map<ClassId, std::string> class_names;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // the box of all things
   Vec2 middle = Vec2::Zero();                    // of the things

@@ -11,7 +11,7 @@ namespace hgg {
 
 /// Where who asks stands and looks.
 struct Standpoint {
-  double x = 0, y = 0, yaw = 0;  // m, rad; map frame
+  double x = 0, y = 0, yaw = 0;  // m, rad; map frame where it comes from outside, else that of the scene
 };
 
 /// A way somebody may look, and how likely that is. Unit vectors in the plane of the map.

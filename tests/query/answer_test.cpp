@@ -123,5 +123,16 @@ TEST(Answer, UncertainClassesShareTheAnswer) {
   EXPECT_EQ(sofa.things[0].id, 1);
 }
 
+TEST(Answer, WhatWasHardlyEverTakenForAClassIsNotMeantByItsName) {
+  const Result<Map> map = importJson(
+      R"({"classes":{"1":"bench","2":"table"},"objects":[
+          {"id":1,"label":1,"center":[0,0,0],"size":[1,1,1],"label_belief":{"1":0.93,"2":0.07}}]})");
+  ASSERT_TRUE(map) << map.error;
+  const QueryScene scene = sceneOf(*map);
+  const Lexicon lexicon(scene.class_names, {});
+  EXPECT_EQ(answerText("the largest table", scene, lexicon, std::nullopt, 5).status, AnswerStatus::kNotFound);
+  EXPECT_EQ(answerText("the bench", scene, lexicon, std::nullopt, 5).status, AnswerStatus::kOk);
+}
+
 }  // namespace
 }  // namespace hgg::answer_test
