@@ -2,8 +2,8 @@
 """Runs clang-tidy over src/ and tools/, several files of a folder at a time.
 
 Nearly all of clang-tidy's time goes into the headers that a file includes. So files of one folder with the same compiler flags are
-joined into one, headers are read once for all of them, and what is found is told of the files as they are. Two files that are joined
-must not define one name in their anonymous namespaces; the compiler says so.
+joined into one, headers are read once for all of them, and what is found is told of the files as they are. Files that do not compile
+together, because two define one name in their anonymous namespaces, are read apart.
 
 usage: tools/lint.py BUILD_DIR [FILE ...]     BUILD_DIR has compile_commands.json, of a build with HGG_FAST_BUILD=OFF
 Without files: all of git's. Exit status 1: something was found.
@@ -72,11 +72,14 @@ class Joined:
         return re.sub(re.escape(str(self.path)) + r":(\d+)", place, line)
 
 
-def check(number, directory, flags, members, build):
-    folder = build / "together"
-    joined = Joined(folder / f"{number}_{members[0].stem}.cpp", members)
+def check(directory, flags, members, build):
+    joined = Joined(build / "together" / f"{members[0].parent.name}_{members[0].stem}_{len(members)}.cpp", members)
     command = ["clang-tidy", "--quiet", f"--config-file={REPO / '.clang-tidy'}", str(joined.path), "--", *flags]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True)
+    if len(members) > 1 and "[clang-diagnostic-error]" in done.stdout:
+        half = len(members) // 2
+        parts = [check(directory, flags, part, build) for part in (members[:half], members[half:])]
+        return max(status for status, _ in parts), [line for _, lines in parts for line in lines]
     errors = [line for line in done.stderr.splitlines() if "error" in line.lower()]
     lines = [joined.told(line) for line in done.stdout.splitlines() + (errors if done.returncode else [])]
     return done.returncode, lines
@@ -91,7 +94,7 @@ def main(argv):
     work = list(groups(build, wanted(argv[2:])))
     found = 0
     with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("JOBS", os.cpu_count()))) as pool:
-        tasks = {pool.submit(check, k, *group, build): group[2] for k, group in enumerate(work)}
+        tasks = {pool.submit(check, *group, build): group[2] for group in work}
         for done, task in enumerate(concurrent.futures.as_completed(tasks), 1):
             status, lines = task.result()
             found += status != 0
