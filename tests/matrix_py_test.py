@@ -15,7 +15,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(REPO / "tools"))
-from matrix import figures, lies, tables, workshop  # noqa: E402
+from matrix import answers, figures, language, lies, tables, workshop  # noqa: E402
 
 SCORES = {"overall": {"truth": 4, "f1": 0.5, "recall": 1.0, "precision": 0.4, "position_error": {"mean": 0.25}, "extent_error": {"mean": 0.3},
                       "calibration": {"mean_over_3": 12, "inside_90": 0.1, "mean_sigma": 0.07}, "set_aside": 6, "matches": [{"id": 1}], "missed": [], "ghosts": [7]},
@@ -128,6 +128,18 @@ class Arithmetic(unittest.TestCase):
     def test_tables_are_markdown(self):
         table = figures.Table("t", "T", "", ["world", "F1"], [["yard", "1.00"]])
         self.assertEqual(table.markdown(), "| world | F1 |\n| --- | ---: |\n| yard | 1.00 |")
+
+
+class Answers(unittest.TestCase):
+    def test_are_counted_by_what_was_asked(self):
+        texts = ["the door", "the bed next to the desk", "the tallest chair", "the lamp farthest from the door"]
+        queries = [{"text": text, "target": 10 + k} for k, text in enumerate(texts)]
+        said = [[1], [7, 2], [7, 8, 9, 3], []]  # nodes, best first
+        matches = [{"truth": 10, "id": 1}, {"truth": 11, "id": 2}, {"truth": 12, "id": 3}]  # the lamp is not in the map
+        counts = answers.score(queries, [{"answers": [{"id": i} for i in ids]} for ids in said], matches)
+        self.assertEqual(counts, {"unique": [1, 1, 1, 1], "relational": [2, 1, 0, 1], "disambiguation": [1, 1, 0, 0]})
+        self.assertEqual(language.shares(counts["relational"]), ["0.00 / 0.50 of 2", "0.00 / 1.00 of 1"])
+        self.assertEqual(language.shares([0, 0, 0, 0]), ["–", "–"])
 
 
 class Command(unittest.TestCase):

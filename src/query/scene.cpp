@@ -82,6 +82,20 @@ QueryScene sceneOf(const Map& map) {
   return scene;
 }
 
+void addEdges(std::span<const Edge> edges, QueryScene& scene) {
+  std::map<NodeId, int> index;
+  for (std::size_t k = 0; k < scene.things.size(); ++k) {
+    index[scene.things[k].id] = static_cast<int>(k);
+  }
+  for (const Edge& edge : edges) {
+    const auto a = index.find(edge.a), b = index.find(edge.b);
+    if (a != index.end() && b != index.end()) {
+      scene.things[static_cast<std::size_t>(a->second)].edges[b->second] = edge.weight;
+      scene.things[static_cast<std::size_t>(b->second)].edges[a->second] = edge.weight;
+    }
+  }
+}
+
 double gapBetween(const SceneThing& a, const SceneThing& b) {
   return ((a.centre - b.centre).cwiseAbs() - a.half - b.half).cwiseMax(0).norm();
 }
