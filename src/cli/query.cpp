@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -18,9 +17,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// How near and closest are judged (NearnessRule), as the command line has it.
+constexpr const char *kSurfaces = "surfaces", *kEdges = "edges", *kCentroids = "centroids";
+
 struct QueryOptions {
-  std::string map, text, batch, aliases, config;
-  NearnessRule nearness = NearnessRule::kSurfaces;
+  std::string map, text, batch, aliases, config, nearness = kSurfaces;
   std::vector<double> from;
   std::size_t top = 5;
   bool json = false, no_goal = false;
@@ -180,9 +181,11 @@ Result<Session> openSession(const QueryOptions& o) {
     return Result<Session>::fail(stored.error);
   }
   QueryScene scene = sceneOf(stored->map);
-  scene.nearness = o.nearness;
-  if (o.nearness == NearnessRule::kEdges) {
-    addEdges(stored->edges, scene);
+  if (o.nearness == kEdges) {
+    scene.nearness = NearnessRule::kEdges;
+    addEdges(stored->map, scene);
+  } else if (o.nearness == kCentroids) {
+    scene.nearness = NearnessRule::kCentroids;
   }
   LexiconLayers layers;
   layers.more_aliases = &aliases;
@@ -254,13 +257,11 @@ void addQuery(CLI::App& app, Action& action) {
   command->add_option("--top", o->top, "most answers to give")->check(CLI::Range(1, 1000));
   command->add_option("--batch", o->batch, R"(file of lines {"text":"..","from":[x,y,yaw]}: one JSON answer a line)");
   command->add_option("--aliases", o->aliases, "more words for classes, beside those of the shipped label sets");
-  static const std::map<std::string, NearnessRule> kRules{
-      {"surfaces", NearnessRule::kSurfaces}, {"edges", NearnessRule::kEdges}, {"centroids", NearnessRule::kCentroids}};
   command
       ->add_option("--nearness", o->nearness,
                    "for evaluation: how near and closest are judged: by surfaces (default), by edges of the graph, by "
                    "centroids")
-      ->transform(CLI::CheckedTransformer(kRules).description("surfaces|edges|centroids"));
+      ->check(CLI::IsMember({kSurfaces, kEdges, kCentroids}));
   command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability]");
   command->add_flag("--json", o->json, "print JSON");
   command->add_flag("--no-goal", o->no_goal, "say what is meant only, not where to go");

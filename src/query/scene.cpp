@@ -82,17 +82,23 @@ QueryScene sceneOf(const Map& map) {
   return scene;
 }
 
-void addEdges(std::span<const Edge> edges, QueryScene& scene) {
+void addEdges(const Map& map, QueryScene& scene) {
+  constexpr EdgeModel kEdgeModel{0.01, 0.5};  // creation.sigma_floor and creation.edge_geometry_share as shipped
   std::map<NodeId, int> index;
+  ObjectGraph graph;
+  graph.setModel(kEdgeModel);
   for (std::size_t k = 0; k < scene.things.size(); ++k) {
-    index[scene.things[k].id] = static_cast<int>(k);
-  }
-  for (const Edge& edge : edges) {
-    const auto a = index.find(edge.a), b = index.find(edge.b);
-    if (a != index.end() && b != index.end()) {
-      scene.things[static_cast<std::size_t>(a->second)].edges[b->second] = edge.weight;
-      scene.things[static_cast<std::size_t>(b->second)].edges[a->second] = edge.weight;
+    const MapNode* node = map.find(scene.things[k].id);
+    if (node != nullptr && !node->stuff) {
+      index[node->id] = static_cast<int>(k);
+      graph.put(node->id, node->label, node->belief);
     }
+  }
+  graph.settle();
+  for (const Edge& edge : graph.edges()) {
+    const int a = index.at(edge.a), b = index.at(edge.b);
+    scene.things[static_cast<std::size_t>(a)].edges[b] = edge.weight;
+    scene.things[static_cast<std::size_t>(b)].edges[a] = edge.weight;
   }
 }
 

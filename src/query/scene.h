@@ -3,7 +3,6 @@
 #include <array>
 #include <map>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -45,8 +44,9 @@ struct QueryScene {
 };
 
 QueryScene sceneOf(const Map& map);
-/// The edges of the map's graph, which NearnessRule::kEdges asks for.
-void addEdges(std::span<const Edge> edges, QueryScene& scene);
+/// The relative neighbourhood graph of the things, which NearnessRule::kEdges asks for. Not the map's own: there most
+/// neighbours of a thing are tiles of floor and wall.
+void addEdges(const Map& map, QueryScene& scene);
 
 /// Shortest way between the boxes of two things, m; 0 when they touch or overlap.
 double gapBetween(const SceneThing& a, const SceneThing& b);

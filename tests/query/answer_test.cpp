@@ -81,7 +81,7 @@ TEST(Answer, NearnessCanBeJudgedByTheEdgesOfTheGraph) {  // the paper's way, for
   r.add("lamp", {0, 2.2, 0.5}, {0.3, 0.3, 1});    // 3, a neighbour, if farther
   const Map map = r.map();
   QueryScene scene = sceneOf(map);
-  addEdges(map.graph().edges(), scene);
+  addEdges(map, scene);
   const Lexicon lexicon(scene.class_names, {});
   const auto first = [&](NearnessRule rule) {
     scene.nearness = rule;
