@@ -2,6 +2,8 @@
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <random>
 
 #include "map/import.h"
@@ -47,6 +49,24 @@ void ReadAndGround(benchmark::State& state) {
   }
 }
 BENCHMARK(ReadAndGround)->Arg(50)->Arg(2'000)->Unit(benchmark::kMillisecond);
+
+/// A thousand questions to 2,000 things, as `hggmap query --batch` asks them. The counters are of single questions.
+void AThousandQuestions(benchmark::State& state) {
+  const QueryScene scene = bigScene(2'000);
+  const Lexicon lexicon(scene.class_names, {});
+  std::vector<double> ms;
+  for (auto _ : state) {
+    for (std::size_t k = 0; k < 1'000; ++k) {
+      const auto begin = std::chrono::steady_clock::now();
+      benchmark::DoNotOptimize(answerText(kTexts[k % kTexts.size()], scene, lexicon, std::nullopt, 5));
+      ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+    }
+  }
+  std::ranges::sort(ms);
+  state.counters["p50_ms"] = ms[ms.size() / 2];
+  state.counters["p99_ms"] = ms[ms.size() * 99 / 100];
+}
+BENCHMARK(AThousandQuestions)->Iterations(1)->Unit(benchmark::kSecond);
 
 void OpenTheLexicon(benchmark::State& state) {
   const QueryScene scene = bigScene(100);

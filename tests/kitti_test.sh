@@ -63,6 +63,9 @@ echo "== where one can walk"
 python3 "$repo/tests/kitti_plans.py" "$build/hggmap" "$out/true/map.hgg" "$repo/firmware_cfg/semantickitti/hggmap.toml" \
   "$data/kitti_0001/boxes.csv" "$out/true/trajectory.tum" "$out" || failed=1
 
+echo "== questions about the cars"
+python3 "$repo/tests/kitti_questions.py" "$build/hggmap" "$out/true/map.hgg" "$data/kitti_0001/boxes.csv" || failed=1
+
 echo "== the same log again"
 replay "$out/true.lcm" "$out/again"
 if cmp "$out/true/map.hgg" "$out/again/map.hgg"; then

@@ -16,7 +16,7 @@ from pathlib import Path
 REPO = Path(__file__).resolve().parent.parent
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(REPO / "tools"))
-from matrix import figures, lies, tables, workshop  # noqa: E402
+from matrix import answers, figures, language, lies, tables, workshop  # noqa: E402
 from matrix.figures import Table  # noqa: E402
 from matrix.page import section, with_section  # noqa: E402
 from matrix.run import describe  # noqa: E402
@@ -149,6 +149,18 @@ class Arithmetic(unittest.TestCase):
         args = types.SimpleNamespace(frames=0, quick=False, seeds=[1])
         told = describe(args, ["--build", "/b", "--only", "lies", "--write", "--paths", "07", "--out=/o", "--jobs", "1"])
         self.assertEqual(told["script"], "tools/matrix/run.py --paths 07")
+
+
+class Answers(unittest.TestCase):
+    def test_are_counted_by_what_was_asked(self):
+        texts = ["the door", "the bed next to the desk", "the tallest chair", "the lamp farthest from the door"]
+        queries = [{"text": text, "target": 10 + k} for k, text in enumerate(texts)]
+        said = [[1], [7, 2], [7, 8, 9, 3], []]  # nodes, best first
+        matches = [{"truth": 10, "id": 1}, {"truth": 11, "id": 2}, {"truth": 12, "id": 3}]  # the lamp is not in the map
+        counts = answers.score(queries, [{"answers": [{"id": i} for i in ids]} for ids in said], matches)
+        self.assertEqual(counts, {"unique": [1, 1, 1, 1], "relational": [2, 1, 0, 1], "disambiguation": [1, 1, 0, 0]})
+        self.assertEqual(language.shares(counts["relational"]), ["0.00 / 0.50 of 2", "0.00 / 1.00 of 1"])
+        self.assertEqual(language.shares([0, 0, 0, 0]), ["–", "–"])
 
 
 class Command(unittest.TestCase):

@@ -2,7 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/text.h"
 
 namespace hgg {
 namespace {
@@ -14,6 +20,38 @@ std::atomic<bool> g_stop{false};  // a signal handler can reach nothing else
 int fail(const std::string& error) {
   fmt::print(stderr, "hggmap: {}\n", error);
   return kBadInput;
+}
+
+int answerLines(const std::string& path, const std::string& form,
+                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer) {
+  const std::optional<std::string> text = readFile(path);
+  if (!text) {
+    return fail(fmt::format("{}: cannot read the batch", path));
+  }
+  std::istringstream lines(*text);
+  int number = 0;
+  for (std::string line; std::getline(lines, line);) {
+    ++number;
+    if (line.find_first_not_of(" \t\r") == std::string::npos) {
+      continue;
+    }
+    const std::optional<std::string> answered = answer(nlohmann::json::parse(line, nullptr, false));
+    if (!answered) {
+      return fail(fmt::format("{}:{}: a line is {}", path, number, form));
+    }
+    fmt::print("{}\n", *answered);
+  }
+  return kDone;
+}
+
+std::optional<std::vector<double>> numbersOf(const nlohmann::json& object, const char* key) {
+  const auto it = object.is_object() ? object.find(key) : object.end();
+  if (!object.is_object() || it == object.end() || !it->is_array() || !std::ranges::all_of(*it, [](const auto& v) {
+        return v.is_number() && std::isfinite(v.template get<double>());
+      })) {
+    return std::nullopt;
+  }
+  return it->get<std::vector<double>>();
 }
 
 const std::atomic<bool>& stopOnSignals() {

@@ -2,7 +2,10 @@
 
 #include <atomic>
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "mapper.h"
 #include "output.h"
@@ -24,6 +27,14 @@ using Action = std::function<int()>;
 
 /// Says on stderr what was wrong; returns kBadInput.
 int fail(const std::string& error);
+
+/// Prints what `answer` makes of each line of a file of JSON values, one line an answer, in their order; blank lines
+/// are skipped. Where `answer` gives nothing, fails with the number of the line and what it should be, `form`; what was
+/// answered until then has been printed. Returns the exit code.
+int answerLines(const std::string& path, const std::string& form,
+                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer);
+/// The finite numbers that an object holds as a list under `key`; nothing when it does not.
+std::optional<std::vector<double>> numbersOf(const nlohmann::json& object, const char* key);
 
 /// From here on the first SIGINT, SIGTERM or SIGHUP raises the flag that is returned, so that work can end and what
 /// there is be kept; a second one kills.

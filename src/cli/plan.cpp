@@ -6,11 +6,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <sstream>
 
 #include "cli/commands.h"
 #include "config.h"
-#include "core/text.h"
 #include "map/file.h"
 #include "traversability/planner.h"
 
@@ -80,34 +78,18 @@ Result<Ground> groundOf(const std::string& path, const TraversabilityConfig& lim
   return Result<Ground>::ok(std::move(ground));
 }
 
-/// One answer a line, in the order of the lines.
 int planBatch(const PlanOptions& o, const Ground& ground, const TraversabilityConfig& limits) {
-  const std::optional<std::string> text = readFile(o.batch);
-  if (!text) {
-    return fail(fmt::format("{}: cannot read the batch", o.batch));
-  }
-  std::istringstream lines(*text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (line.find_first_not_of(" \t\r") == std::string::npos) {
-      continue;
-    }
-    const nlohmann::json j = nlohmann::json::parse(line, nullptr, false);
-    const auto point = [&](const char* key) -> std::optional<PlanPoint> {
-      if (!j.is_object() || !j.contains(key) || !j[key].is_array() ||
-          !std::ranges::all_of(j[key], [](const auto& v) { return v.is_number(); })) {
-        return std::nullopt;
-      }
-      return pointOf(j[key].get<std::vector<double>>());
+  const auto answer = [&](const nlohmann::json& line) -> std::optional<std::string> {
+    const auto point = [&](const char* key) {
+      const std::optional<std::vector<double>> numbers = numbersOf(line, key);
+      return numbers ? pointOf(*numbers) : std::nullopt;
     };
     const std::optional<PlanPoint> from = point("from"), to = point("to");
-    if (!from || !to) {
-      return fail(fmt::format("{}:{}: a line is {{\"from\":[x,y] or [x,y,z],\"to\":[..]}}", o.batch, number));
-    }
-    fmt::print("{}\n", jsonOf(planPath(ground.grid, limits, {*from, *to, ground.height, o.allow_unknown})));
-  }
-  return kDone;
+    return from && to
+               ? std::optional(jsonOf(planPath(ground.grid, limits, {*from, *to, ground.height, o.allow_unknown})))
+               : std::nullopt;
+  };
+  return answerLines(o.batch, R"({"from":[x,y] or [x,y,z],"to":[..]})", answer);
 }
 
 int plan(const PlanOptions& o) {

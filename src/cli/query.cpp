@@ -5,7 +5,6 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/commands.h"
 #include "core/text.h"
@@ -18,8 +17,11 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// How near and closest are judged (NearnessRule), as the command line has it.
+constexpr const char *kSurfaces = "surfaces", *kEdges = "edges", *kCentroids = "centroids";
+
 struct QueryOptions {
-  std::string map, text, batch, aliases, config;
+  std::string map, text, batch, aliases, config, nearness = kSurfaces;
   std::vector<double> from;
   std::size_t top = 5;
   bool json = false, no_goal = false;
@@ -141,6 +143,12 @@ Result<Session> openSession(const QueryOptions& o) {
     return Result<Session>::fail(stored.error);
   }
   QueryScene scene = sceneOf(stored->map);
+  if (o.nearness == kEdges) {
+    scene.nearness = NearnessRule::kEdges;
+    addEdges(stored->map, scene);
+  } else if (o.nearness == kCentroids) {
+    scene.nearness = NearnessRule::kCentroids;
+  }
   LexiconLayers layers;
   layers.more_aliases = &aliases;
   Lexicon lexicon(scene.class_names, layers);
@@ -162,33 +170,20 @@ Json answerJson(const QueryOptions& o, const Session& session, const std::string
 }
 
 int queryBatch(const QueryOptions& o, const Session& session) {
-  const std::optional<std::string> text = readFile(o.batch);
-  if (!text) {
-    return fail(fmt::format("{}: cannot read the batch", o.batch));
-  }
-  std::istringstream lines(*text);
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    if (line.find_first_not_of(" \t\r") == std::string::npos) {
-      continue;
-    }
-    const Json j = Json::parse(line, nullptr, false);
+  const auto answer = [&](const nlohmann::json& line) -> std::optional<std::string> {
     std::optional<Standpoint> from = standpointOf(o.from);
-    bool is_fine = j.is_object() && j.contains("text") && j["text"].is_string();
-    if (is_fine && j.contains("from")) {
-      const bool numbers =
-          j["from"].is_array() && std::ranges::all_of(j["from"], [](const auto& v) { return v.is_number(); });
-      from = numbers ? standpointOf(j["from"].get<std::vector<double>>()) : std::nullopt;
-      is_fine = from.has_value();
+    if (line.is_object() && line.contains("from")) {
+      const std::optional<std::vector<double>> numbers = numbersOf(line, "from");
+      from = numbers ? standpointOf(*numbers) : std::nullopt;
+      if (!from) {
+        return std::nullopt;
+      }
     }
-    if (!is_fine) {
-      return fail(fmt::format("{}:{}: a line is {{\"text\":\"..\",\"from\":[x,y,yaw]}}, without \"from\" if need be",
-                              o.batch, number));
-    }
-    fmt::print("{}\n", lineOf(answerJson(o, session, j["text"].get<std::string>(), from)));
-  }
-  return kDone;
+    const bool has_text = line.is_object() && line.contains("text") && line["text"].is_string();
+    return has_text ? std::optional(lineOf(answerJson(o, session, line["text"].get<std::string>(), from)))
+                    : std::nullopt;
+  };
+  return answerLines(o.batch, R"({"text":"..","from":[x,y,yaw]}, without "from" if need be)", answer);
 }
 
 int query(const QueryOptions& o) {
@@ -227,6 +222,11 @@ void addQuery(CLI::App& app, Action& action) {
   command->add_option("--top", o->top, "most answers to give")->check(CLI::Range(1, 1000));
   command->add_option("--batch", o->batch, R"(file of lines {"text":"..","from":[x,y,yaw]}: one JSON answer a line)");
   command->add_option("--aliases", o->aliases, "more words for classes, beside those of the shipped label sets");
+  command
+      ->add_option("--nearness", o->nearness,
+                   "for evaluation: how near and closest are judged: by surfaces (default), by edges of the graph, by "
+                   "centroids")
+      ->check(CLI::IsMember({kSurfaces, kEdges, kCentroids}));
   command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability]");
   command->add_flag("--json", o->json, "print JSON");
   command->add_flag("--no-goal", o->no_goal, "say what is meant only, not where to go");

@@ -123,6 +123,7 @@ ComparisonSide sideOf(const Map& map, const Relabelling& relabelling) {
     side.surfaces_of.emplace_back(first, side.surfaces.size());
   }
   side.grain = medianOf(std::move(sizes));
+  side.outline = outlineOf(side.landmarks);
   return side;
 }
 
@@ -156,8 +157,9 @@ Comparison::Comparison(const Map& map_a, const Map& map_b, std::span<const Simil
     const auto entry = table.find({x, y});
     return x == y ? 1.0 : entry == table.end() ? 0.0 : entry->second;
   };
+  by_things = a.surfaces.empty() || b.surfaces.empty();
   const double distance = kSurveyGrains * std::max(a.grain, b.grain);
-  if (a.surfaces.empty() || b.surfaces.empty() || !(distance > 0)) {
+  if (by_things || !(distance > 0)) {
     return;
   }
   survey_distance = distance;

@@ -8,6 +8,7 @@
 #include "core/classes.h"
 #include "map/map.h"
 #include "place/candidates.h"
+#include "place/outline.h"
 #include "place/surfaces.h"
 
 namespace hgg {
@@ -21,6 +22,7 @@ struct ComparisonSide {
   std::vector<Surface> surfaces;                                 // leaves of all nodes, map frame, node after node
   std::vector<std::pair<std::size_t, std::size_t>> surfaces_of;  // one for each node: first, last + 1
   double grain = 0;                                              // m, typical size of a leaf
+  Outline outline;                                               // of the things
 };
 
 /// Two maps and what is needed to compare them. Refers to both maps, which have to outlive it.
@@ -31,6 +33,10 @@ struct Comparison {
   /// indices are there when it is above 0.
   double survey_distance = 0;
   std::optional<SurfaceIndex> index_a, index_b;
+
+  /// One of the maps has no leaf at all, as graphs from elsewhere (`hggmap import`): things are all there is to
+  /// compare.
+  bool by_things = false;
 
   /// Classes of map b are taken for those of a with the same name; where a map carries no names, with the same id.
   /// `similar` names others that may be one.

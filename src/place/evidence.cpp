@@ -23,6 +23,8 @@ constexpr double kLeastShare = 0.01;             // shares are kept this far fro
 constexpr double kMissedWeight = 0.5;
 /// Both maps see the same surfaces: half of the nodes seen say something new.
 constexpr double kNewNodes = 0.5;
+/// Things are of one size when their extents (standard deviations) differ by less than this, m, plus this share.
+constexpr double kSizeSlack = 0.03, kSizeShare = 0.2;
 // Bounds of the work: surfaces that are looked for, spread evenly.
 constexpr std::size_t kWeighed = 1500;       // of each map
 constexpr std::size_t kWeighedOfThing = 30;  // of each thing
@@ -78,12 +80,24 @@ std::vector<double> missedShares(const Search& search) {
   return shares;
 }
 
+/// The same where there are no leaves: things whose place lies within what the other map's things are spread over.
+std::vector<double> missedThings(const Search& search) {
+  std::vector<double> shares;
+  const ComparisonSide& of = search.of();
+  for (std::size_t t = 0; t < of.things.size(); ++t) {
+    const bool is_surveyed = isSurveyed(search.in().outline, search.T_in_of * of.landmarks[t].mean);
+    shares.push_back(is_surveyed ? of.trust[t] : 0.0);
+  }
+  return shares;
+}
+
 /// Things of a that are like one of b around a place, per square metre: how easily one is there by chance.
 double densityAround(const Comparison& c, const Vec3& p_a, ClassId label_b) {
   const auto count = std::count_if(c.a.landmarks.begin(), c.a.landmarks.end(), [&](const Landmark& l) {
     return c.areLike(l.label, label_b) && (l.mean - p_a).head<2>().norm() < kAround;
   });
-  return static_cast<double>(count) / (kPi * square(kAround));
+  const double around = kPi * square(kAround);
+  return static_cast<double>(count) / (c.by_things ? std::min(around, c.a.outline.room) : around);
 }
 
 /// What of a class of things was found and missed, by trust.
@@ -113,8 +127,8 @@ double gainOf(const Comparison& c, const Landmark& a, const Landmark& b, double 
 
 void weighThings(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches,
                  PlaceEvidence& evidence) {
-  std::vector<double> missed_a = missedShares({c, false, T_a_b.inverse()});
-  std::vector<double> missed_b = missedShares({c, true, T_a_b});
+  const auto missed = [&](const Search& search) { return c.by_things ? missedThings(search) : missedShares(search); };
+  std::vector<double> missed_a = missed({c, false, T_a_b.inverse()}), missed_b = missed({c, true, T_a_b});
   std::map<ClassId, Tally> tallies;
   for (const Candidate& m : matches) {
     const auto i = static_cast<std::size_t>(m.row), j = static_cast<std::size_t>(m.column);
@@ -203,9 +217,23 @@ void weighSurfaces(const Comparison& c, const Pose& T_a_b, PlaceEvidence& eviden
       surpriseOf(kNewNodes * (a.stuff_nodes + b.stuff_nodes), evidence.surface_share, evidence.chance_share);
 }
 
-}  // namespace
+/// Share of a map's things that are matched, or whose place the other map's things are spread around.
+double surveyedShare(const Search& search, const std::vector<Candidate>& matches) {
+  const std::vector<Landmark>& things = search.of().landmarks;
+  std::vector<bool> is_matched(things.size(), false);
+  for (const Candidate& m : matches) {
+    is_matched[static_cast<std::size_t>(search.of_b ? m.column : m.row)] = true;
+  }
+  double seen = 0;
+  for (std::size_t t = 0; t < things.size(); ++t) {
+    seen += is_matched[t] || isSurveyed(search.in().outline, search.T_in_of * things[t].mean) ? 1 : 0;
+  }
+  return seen / static_cast<double>(std::max<std::size_t>(things.size(), 1));
+}
 
-std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b) {
+/// Pairs that lie within three standard deviations of each other at a transform, of those that `fits`.
+template <typename Fits>
+std::vector<Candidate> meetings(const Comparison& c, const Pose& T_a_b, const Fits& fits) {
   const std::vector<Landmark>& a = c.a.landmarks;
   std::vector<std::pair<double, std::size_t>> by_x;  // so that not every two things have to meet
   double sigma_a = 0;
@@ -222,20 +250,46 @@ std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b) {
     for (auto it = std::lower_bound(by_x.begin(), by_x.end(), std::pair(p.x() - farthest, std::size_t{0}));
          it != by_x.end() && it->first <= p.x() + farthest; ++it) {
       const std::size_t i = it->second;
-      const Landmark& la = a[i];
-      const double cost = (p - la.mean).squaredNorm() / (square(la.sigma) + square(lb.sigma));
-      if (cost < kGate && c.areLike(la.label, lb.label)) {
+      const double cost = (p - a[i].mean).squaredNorm() / (square(a[i].sigma) + square(lb.sigma));
+      if (cost < kGate && fits(i, j)) {
         candidates.push_back({static_cast<int>(i), static_cast<int>(j), cost});
       }
     }
   }
-  return assignSparse(candidates, kGate);
+  return candidates;
+}
+
+}  // namespace
+
+std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b) {
+  const auto areLike = [&](std::size_t i, std::size_t j) {
+    return c.areLike(c.a.landmarks[i].label, c.b.landmarks[j].label);
+  };
+  return assignSparse(meetings(c, T_a_b, areLike), kGate);
+}
+
+std::vector<Candidate> matchOtherNames(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches) {
+  std::vector<bool> taken_a(c.a.landmarks.size(), false), taken_b(c.b.landmarks.size(), false);
+  for (const Candidate& m : matches) {
+    taken_a[static_cast<std::size_t>(m.row)] = taken_b[static_cast<std::size_t>(m.column)] = true;
+  }
+  const auto areOfOneSize = [&](std::size_t i, std::size_t j) {
+    const Landmark &a = c.a.landmarks[i], &b = c.b.landmarks[j];
+    const double limit = kSizeSlack + kSizeShare * std::max(a.size.norm(), b.size.norm());
+    return !taken_a[i] && !taken_b[j] && (a.size - b.size).norm() < limit;
+  };
+  return assignSparse(meetings(c, T_a_b, areOfOneSize), kGate);
 }
 
 PlaceEvidence weighPlace(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches) {
   PlaceEvidence evidence;
   weighThings(c, T_a_b, matches, evidence);
-  weighSurfaces(c, T_a_b, evidence);
+  if (c.by_things) {
+    evidence.overlap =
+        std::max(surveyedShare({c, false, T_a_b.inverse()}, matches), surveyedShare({c, true, T_a_b}, matches));
+  } else {
+    weighSurfaces(c, T_a_b, evidence);
+  }
   return evidence;
 }
 

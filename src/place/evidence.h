@@ -19,7 +19,9 @@ struct PlaceEvidence {
       0;  // share of the surveyed upright leaves of stuff with a like surface of the other map on them
   double chance_share = 0;  // the same a few metres beside: what a wrong transform would get
   double surface_odds = 0;
-  double overlap = 0;  // share of its upright leaves whose place the other map has surveyed, of the smaller map
+  /// Share of its upright leaves (of its things, where there are no leaves) whose place the other map has surveyed, of
+  /// the smaller map.
+  double overlap = 0;
 
   /// Surfaces go on along a street or a corridor, so they never say more than the things do.
   double odds() const { return thing_odds + std::min(surface_odds, std::max(thing_odds, 0.0)); }
@@ -27,6 +29,10 @@ struct PlaceEvidence {
 
 /// One-to-one pairs of like things (row in a, column in b) at a transform, within three standard deviations.
 std::vector<Candidate> matchThings(const Comparison& c, const Pose& T_a_b);
+
+/// Of the things that are left over, those of one place and size: one thing that two labellers call differently. Only a
+/// whole graph's things are worth this; they are no evidence, as anything meets something.
+std::vector<Candidate> matchOtherNames(const Comparison& c, const Pose& T_a_b, const std::vector<Candidate>& matches);
 
 /// Weighs a transform.
 ///   things:   a match adds ln(P(found) / chance of such a thing of a there) - d^2 / 2, a miss ln(1 - P(found)) times

@@ -38,12 +38,16 @@ constexpr int kNarrowRounds = 3;
 
 // Limits of acceptance; docs/experiments.md, "Why the verdict has these limits", says what each one refuses.
 constexpr double kOddsAgainst = 1000;  // margin of the score over the number of places looked at
+/// The same for things alone, which no surface gives the lie: the best of 1,012 wrong places of rooms reached 600
+/// (docs/experiments.md, "Graphs without leaves").
+constexpr double kOddsAgainstThings = 30'000;
 constexpr int kThings = 4;             // matched: a place is made to fit two pairs, whose score is free
 constexpr double kOverlap = 0.25;      // of the smaller map's upright surfaces: corners are alike everywhere
 constexpr double kThingsThere = 0.55;  // of the things that both maps have surveyed must be in both
 constexpr double kClearlyWorse = 0.5;  // of the best score: what a rival may reach
 constexpr double kMaxDeviation = 0.3;  // m, standard deviation in the direction least known
 constexpr double kMaxTurnDeviation = 1.0 * kDegree;
+constexpr double kPriorPairs = 2;
 /// Beyond these a deviation only means that nothing holds the place: no figure to report.
 constexpr double kUnheld = 100, kUnheldTurn = 180 * kDegree;  // m, rad
 /// Information (1/m^2, 1/rad^2) that makes that of the pairs invertible; deviations of 1 / sqrt(1e-9) = 30 km.
@@ -118,7 +122,7 @@ Registration registerPlace(const Comparison& c, const Hypothesis& hypothesis) {
   for (int round = 0; round <= kNarrowRounds; ++round) {
     const double gate = (round == 0 ? kWideGate : 1) * c.survey_distance;
     const double slack = (round == 0 ? kWideSlack : kNarrowSlack) * c.survey_distance;
-    auto pairs = surfaceGaussians(c, found.T_map_body, gate, slack);
+    auto pairs = c.by_things ? std::vector<GaussianPair>() : surfaceGaussians(c, found.T_map_body, gate, slack);
     const double weight = std::min(1.0, kEffectiveSurfaces / static_cast<double>(pairs.size() + 1));
     for (const Candidate& m : matchThings(c, found.T_map_body)) {
       pairs.push_back(thingGaussian(c.a.landmarks[static_cast<std::size_t>(m.row)],
@@ -176,11 +180,16 @@ std::vector<Place> findPlaces(const Comparison& c, std::span<const Match> candid
   return places;
 }
 
-/// Standard deviations in the directions least known: translation at the centre of map b (m) and turn (rad).
-std::pair<double, double> worstDeviations(const Registration& found, const Vec3& centre_b) {
+/// Standard deviations in the directions least known: translation at the centre of map b (m) and turn (rad). Things
+/// alone say little of the tilt: that maps are upright is counted in.
+std::pair<double, double> worstDeviations(const Registration& found, const Vec3& centre_b, bool by_things) {
   const Vec3 arm = found.T_map_body.linear() * centre_b;
   const Mat6 at_centre = tangentTransport(-arm);  // from a change at the centre to the tangent, about b's origin
-  const Mat6 information = at_centre.transpose() * found.information * at_centre + kInvertible * Mat6::Identity();
+  Mat6 known = found.information;
+  if (by_things) {
+    known += uprightPrior(found.T_map_body).information;
+  }
+  const Mat6 information = at_centre.transpose() * known * at_centre + kInvertible * Mat6::Identity();
   const Mat6 cov = information.inverse();
   const auto worst = [](const Mat3& m) {
     return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat3>(m, Eigen::EigenvaluesOnly).eigenvalues()[2]);
@@ -196,9 +205,21 @@ Vec3 centreOf(const ComparisonSide& side) {
   return centre;
 }
 
+/// How the deviations of things from each other compare with what is expected of two drives, as a factor of the
+/// variance: graphs from one source agree far better. Inverse-gamma estimate, worth kPriorPairs pairs beforehand at a
+/// factor of 1.
+double varianceFactor(const std::vector<Candidate>& matches) {
+  double sum = 0;
+  for (const Candidate& m : matches) {
+    sum += m.cost;
+  }
+  return (3 * kPriorPairs + sum) / (3 * (kPriorPairs + static_cast<double>(matches.size())));
+}
+
 /// Why the best place is not accepted; empty when it is.
-std::string objection(const ZeroShot& z, const std::pair<double, double>& deviations) {
+std::string objection(const ZeroShot& z, const std::pair<double, double>& deviations, bool by_things) {
   const PlaceEvidence& e = z.evidence;
+  const double max_turn = by_things ? kTilt : kMaxTurnDeviation;
   if (z.score <= z.threshold) {
     return fmt::format(
         "too little agrees: {} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",
@@ -216,7 +237,7 @@ std::string objection(const ZeroShot& z, const std::pair<double, double>& deviat
   if (z.runner_up >= kClearlyWorse * z.score) {
     return fmt::format("ambiguous: another place scores {:.1f}", z.runner_up);
   }
-  if (!(deviations.first <= kMaxDeviation && deviations.second <= kMaxTurnDeviation)) {
+  if (!(deviations.first <= kMaxDeviation && deviations.second <= max_turn)) {
     const bool is_held = deviations.first <= kUnheld && deviations.second <= kUnheldTurn;
     return is_held ? fmt::format("degenerate: known to {:.2f} m and {:.2f} degrees only", deviations.first,
                                  deviations.second / kDegree)
@@ -242,11 +263,12 @@ ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> s
   ZeroShot result;
   const Comparison c(a, b, similar);
   const auto candidates = candidateMatches(c.a.landmarks, c.b.landmarks, c.similarity, kMaxCandidates);
-  result.threshold = lnPlaces(candidates.size(), prior) + std::log(kOddsAgainst);
-  const std::vector<Place> places = c.survey_distance > 0 ? findPlaces(c, candidates, prior) : std::vector<Place>();
+  result.threshold = lnPlaces(candidates.size(), prior) + std::log(c.by_things ? kOddsAgainstThings : kOddsAgainst);
+  const bool can_compare = c.survey_distance > 0 || (c.by_things && !prior);
+  const std::vector<Place> places = can_compare ? findPlaces(c, candidates, prior) : std::vector<Place>();
   if (places.empty()) {
     result.reason =
-        c.survey_distance > 0
+        can_compare
             ? fmt::format("no two pairs of things agree: {} and {} things, {} pairs of like class and size",
                           c.a.things.size(), c.b.things.size(), candidates.size())
             : fmt::format("no surveyed surface in common: {} and {} leaves", c.a.surfaces.size(), c.b.surfaces.size());
@@ -262,11 +284,22 @@ ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> s
   result.T_a_b = best.found.T_map_body;
   result.score = best.evidence.odds();
   result.evidence = best.evidence;
-  for (const Candidate& m : best.matches) {
+  std::vector<Candidate> matches = best.matches;
+  if (c.by_things) {
+    const std::vector<Candidate> others = matchOtherNames(c, best.found.T_map_body, matches);
+    matches.insert(matches.end(), others.begin(), others.end());
+    std::ranges::sort(matches, {}, &Candidate::row);
+  }
+  for (const Candidate& m : matches) {
     result.pairs.emplace_back(c.a.nodes[c.a.things[static_cast<std::size_t>(m.row)]]->id,
                               c.b.nodes[c.b.things[static_cast<std::size_t>(m.column)]]->id);
   }
-  result.reason = objection(result, worstDeviations(best.found, centre_b));
+  std::pair<double, double> deviations = worstDeviations(best.found, centre_b, c.by_things);
+  if (c.by_things) {
+    const double factor = std::sqrt(std::min(1.0, varianceFactor(best.matches)));
+    deviations.first *= factor, deviations.second *= factor;
+  }
+  result.reason = objection(result, deviations, c.by_things);
   result.accepted = result.reason.empty();
   if (result.accepted) {
     result.reason = fmt::format("{} things matched, {:.1f} missed, {:.0f} % of the surfaces found ({:.0f} % by chance)",

@@ -16,8 +16,10 @@ namespace hgg {
 /// The result of aligning two maps, whether accepted or not.
 struct ZeroShot {
   bool accepted = false;
-  Pose T_a_b = Pose::Identity();                 // maps b's coordinates into a's: of the best place, if there is any
-  std::vector<std::pair<NodeId, NodeId>> pairs;  // matched things (a, b), ascending by a
+  Pose T_a_b = Pose::Identity();  // maps b's coordinates into a's: of the best place, if there is any
+  /// Matched things (a, b), ascending by a; of maps without leaves also those that are of one place and size under
+  /// different names, which are no evidence.
+  std::vector<std::pair<NodeId, NodeId>> pairs;
   double score = 0;      // nats: log odds that both maps show one place and lie so, against two different places
   double threshold = 0;  // nats, what the score has to exceed: ln of the number of places looked at, plus ln 1000
   double runner_up = 0;  // nats: score of the best place elsewhere; 0 at least
@@ -38,7 +40,8 @@ struct PlacePrior {
 /// give places to look at; each is registered coarse to fine and weighed by all that both maps have surveyed. The best
 /// one is accepted when its score is above the threshold and twice that of any other place, four things or more are
 /// matched, neither things nor surfaces speak against it, and the pairs determine it in every direction. With a prior,
-/// places outside of it are not considered, and the prior's own transform is looked at too.
+/// places outside of it are not considered, and the prior's own transform is looked at too. Where a map has no leaves
+/// at all (hggmap import), things are all that is registered and weighed; not so within a prior.
 ZeroShot alignMaps(const Map& a, const Map& b, std::span<const SimilarClasses> similar = {},
                    const std::optional<PlacePrior>& prior = std::nullopt);
 

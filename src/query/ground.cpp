@@ -20,6 +20,9 @@ constexpr double kLeastAnchor = 0.02;
 constexpr double kPeerSlack = 1.2;
 /// How much of what the scene says of the classes that a word may mean is left out: 0 none, 1 all.
 constexpr double kWordOverScene = 0.85;
+/// People whose every word is understood mean what they say more exactly than the scales of the likelihoods, which hold
+/// for all texts: the power that makes the answers to texts of the tuning scans most likely, Nr3D's as well as Sr3D's.
+constexpr double kLiteral = 1.4;
 /// That people say "on the right" of what is on the left.
 constexpr double kWrongSide = 0.05;
 const Vec3 kRobotHalf(0.25, 0.25, 1);  // m: half a robot
@@ -134,9 +137,10 @@ class Grounder {
       return;
     }
     const double most = std::ranges::max(likelihoods);
+    const double weight = said.weight * (request_.unread == 0 ? kLiteral : 1);
     for (std::size_t i = 0; i < sum.size(); ++i) {
       const double l = said.is_negated ? std::max(1 - 0.95 * likelihoods[i] / most, 0.02) : likelihoods[i];
-      sum[i] += said.weight * std::log(std::max({l, 1e-9 * most, 1e-300}));
+      sum[i] += weight * std::log(std::max({l, 1e-9 * most, 1e-300}));
     }
   }
 
@@ -190,14 +194,16 @@ class Grounder {
       return likelihoodsToRobot(said, field, peers);
     }
     if (said.relation == Relation::kBetween) {
-      return betweenAnchors(said, field);
+      return betweenAnchors(said, peers);
     }
     const Referents& anchors = anchorsOf(said.anchors.front());
     if (anchors.empty()) {
       return {};  // of something the map does not have
     }
-    return said.relation == Relation::kFar ? likelihoodsFarFrom(scene_, field.things, anchors)
-                                           : toAnchors(said.relation, field, anchors);
+    if (said.relation == Relation::kFar) {
+      return likelihoodsFarFrom(scene_, peers, anchors);
+    }
+    return toAnchors(said.relation, peers, anchors, isSettled(phrase(said.anchors.front())));
   }
 
   /// "The second car on the right", to somebody on the way: of those on that side, the second that one comes to.
@@ -223,23 +229,29 @@ class Grounder {
     return likelihoods;
   }
 
-  std::vector<double> toAnchors(Relation relation, const Field& field, const Referents& anchors) {
-    return likelihoodsTo(scene_, relation, field.things, anchors, [&](const SceneThing& anchor) {
-      std::vector<Gaze> gazes = gazesSaid(field.things, anchor.centre.head<2>());
+  /// Whether the words for a thing single it out, by what everybody can see of it: "the tallest".
+  static bool isSettled(const Phrase& p) {
+    return std::ranges::any_of(
+        p.constraints, [](const Constraint& c) { return c.kind == Constraint::Kind::kMeasure && c.is_superlative; });
+  }
+
+  std::vector<double> toAnchors(Relation relation, const Peers& peers, const Referents& anchors, bool is_settled) {
+    return likelihoodsTo(scene_, relation, peers, anchors, is_settled, [&](const SceneThing& anchor) {
+      std::vector<Gaze> gazes = gazesSaid({peers.things.begin(), peers.things.end()}, anchor.centre.head<2>());
       return directionsOf(relation, gazes.empty() ? gazesAtFront(scene_, anchor) : std::move(gazes));
     });
   }
 
-  std::vector<double> betweenAnchors(const Constraint& said, const Field& field) {
+  std::vector<double> betweenAnchors(const Constraint& said, const Peers& peers) {
     const Referents a = anchorsOf(said.anchors.front());
     const bool is_pair = said.anchors.size() > 1;
     const Referents b = is_pair ? anchorsOf(said.anchors[1]) : a;
     const bool single = !is_pair && phrase(said.anchors.front()).count < 2 && a.size() < 2;
     if (a.empty() || b.empty() || single) {  // "in the middle of the couch"
       const Referents& known = a.empty() ? b : a;
-      return known.empty() ? std::vector<double>{} : toAnchors(Relation::kNear, field, known);
+      return known.empty() ? std::vector<double>{} : toAnchors(Relation::kNear, peers, known, false);
     }
-    return likelihoodsBetween(scene_, field.things, a, b, is_pair);
+    return likelihoodsBetween(scene_, peers.things, a, b, is_pair);
   }
 
   std::vector<double> likelihoodsToRobot(const Constraint& said, const Field& field, const Peers& peers) {
@@ -250,21 +262,12 @@ class Grounder {
       return request_.view ? likelihoodOfPlace(scene_, peers, place, gazesFor(field.things)) : std::vector<double>{};
     }
     SceneThing robot;
-    robot.centre = Vec3(from_->x, from_->y, scene_.low.z()), robot.half = kRobotHalf;
-    double farthest = 0;
-    for (const int k : field.things) {
-      farthest = std::max(farthest, nearDistance(thing(k), robot));
-    }
+    robot.id = -1, robot.centre = Vec3(from_->x, from_->y, scene_.low.z()), robot.half = kRobotHalf;
     // One's own left is that of where one looks, one's front too.
     const Vec2 ahead(std::cos(from_->yaw), std::sin(from_->yaw));
     const bool turns = said.relation == Relation::kLeft || said.relation == Relation::kRight;
     const std::vector<Gaze> directions = directionsOf(said.relation, {{turns ? ahead : Vec2(-ahead), 1}});
-    std::vector<double> likelihoods;
-    for (const int k : field.things) {
-      likelihoods.push_back(said.relation == Relation::kFar ? likelihoodFar(thing(k), robot, farthest)
-                                                            : likelihoodOf(said.relation, thing(k), robot, directions));
-    }
-    return likelihoods;
+    return likelihoodsToOne(scene_, said.relation, peers, robot, directions);
   }
 
   /// How one looks, where the request or the standpoint says it.

@@ -53,13 +53,14 @@ double likelihoodNear(const SceneThing& thing, const SceneThing& anchor) {
   return nearness(nearDistance(thing, anchor), sigmaBetween(thing, anchor), kNearScale, kNearPower);
 }
 
-double likelihoodClosest(const SceneThing& thing, const SceneThing& anchor) {
-  return nearness(nearDistance(thing, anchor), sigmaBetween(thing, anchor), kClosestScale, kClosestPower);
+double likelihoodClosest(const SceneThing& thing, const SceneThing& anchor, double nearest) {
+  return nearness(std::max(nearDistance(thing, anchor), nearest), sigmaBetween(thing, anchor), kClosestScale,
+                  kClosestPower);
 }
 
 double likelihoodFar(const SceneThing& thing, const SceneThing& anchor, double farthest) {
-  const double d = nearDistance(thing, anchor);
-  return std::pow((kClosestScale + d) / (kClosestScale + std::max(farthest, d)), kFarPower);
+  const double d = std::min(nearDistance(thing, anchor), farthest);
+  return std::pow((kClosestScale + d) / (kClosestScale + farthest), kFarPower);
 }
 
 double likelihoodOn(const SceneThing& thing, const SceneThing& anchor) {

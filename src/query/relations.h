@@ -20,8 +20,9 @@ double nearness(double distance, double sigma, double scale, double power);
 double nearDistance(const SceneThing& a, const SceneThing& b);
 
 double likelihoodNear(const SceneThing& thing, const SceneThing& anchor);
-double likelihoodClosest(const SceneThing& thing, const SceneThing& anchor);
-/// `farthest`: the distance of the farthest thing that could be meant, m.
+/// Closest and farthest of those that could be meant: what is nearer than the nearest of them (m), or farther than the
+/// farthest, is so by what it is not.
+double likelihoodClosest(const SceneThing& thing, const SceneThing& anchor, double nearest = 0);
 double likelihoodFar(const SceneThing& thing, const SceneThing& anchor, double farthest);
 double likelihoodOn(const SceneThing& thing, const SceneThing& anchor);
 double likelihoodAbove(const SceneThing& thing, const SceneThing& anchor);

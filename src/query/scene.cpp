@@ -115,6 +115,26 @@ QueryScene sceneOf(const MapLeaves& map, const std::map<ClassId, std::string>& c
   return scene;
 }
 
+void addEdges(const Map& map, QueryScene& scene) {
+  constexpr EdgeModel kEdgeModel{0.01, 0.5};  // creation.sigma_floor and creation.edge_geometry_share as shipped
+  std::map<NodeId, int> index;
+  ObjectGraph graph;
+  graph.setModel(kEdgeModel);
+  for (std::size_t k = 0; k < scene.things.size(); ++k) {
+    const MapNode* node = map.find(scene.things[k].id);
+    if (node != nullptr && !node->stuff) {
+      index[node->id] = static_cast<int>(k);
+      graph.put(node->id, node->label, node->belief);
+    }
+  }
+  graph.settle();
+  for (const Edge& edge : graph.edges()) {
+    const int a = index.at(edge.a), b = index.at(edge.b);
+    scene.things[static_cast<std::size_t>(a)].edges[b] = edge.weight;
+    scene.things[static_cast<std::size_t>(b)].edges[a] = edge.weight;
+  }
+}
+
 double gapBetween(const SceneThing& a, const SceneThing& b) {
   return ((a.centre - b.centre).cwiseAbs() - a.half - b.half).cwiseMax(0).norm();
 }

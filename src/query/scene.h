@@ -12,6 +12,11 @@ namespace hgg {
 
 using Vec2 = Eigen::Vector2d;
 
+/// How near and closest are judged. Maps are asked with kSurfaces; the others are there to be measured against it
+/// (docs/language.md): neighbours of the anchor in the graph first, in the order of their edge weights, as the paper
+/// does, or the order of the middles' distances.
+enum class NearnessRule : std::uint8_t { kSurfaces, kEdges, kCentroids };
+
 /// A thing of the map as queries see it. Metres, in the frame of the scene (QueryScene::yaw); z is up.
 struct SceneThing {
   NodeId id = 0;
@@ -25,6 +30,7 @@ struct SceneThing {
   std::optional<Vec3> lab;        // colour: CIE L*a*b*
   std::optional<Vec2> front;      // unit vector to the side it is used from
   std::optional<Vec2> seen_from;  // unit vector to where it was first seen from
+  std::map<int, double> edges;    // to its neighbours in the graph, by index in the scene: their weights (addEdges)
 };
 
 /// What queries are asked about: the confirmed nodes of a map, made once for many queries.
@@ -35,10 +41,14 @@ struct QueryScene {
   std::map<ClassId, std::string> class_names;
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // the box of all things
   Vec2 middle = Vec2::Zero();                    // of the things
+  NearnessRule nearness = NearnessRule::kSurfaces;
 };
 
 QueryScene sceneOf(const MapLeaves& map, const std::map<ClassId, std::string>& class_names);
 QueryScene sceneOf(const Map& map);
+/// The relative neighbourhood graph of the things, which NearnessRule::kEdges asks for. Not the map's own: there most
+/// neighbours of a thing are tiles of floor and wall.
+void addEdges(const Map& map, QueryScene& scene);
 
 /// Shortest way between the boxes of two things, m; 0 when they touch or overlap.
 double gapBetween(const SceneThing& a, const SceneThing& b);

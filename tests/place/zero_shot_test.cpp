@@ -108,11 +108,11 @@ TEST(ZeroShot, NothingInCommonIsRefusedWithAReason) {
   }
 }
 
-TEST(ZeroShot, ThingsWithoutLeavesAreRefused) {
+TEST(ZeroShot, ThreeThingsWithoutLeavesAreTooFew) {
   Map map = mapOf({nodeAt(kChair, Vec3(0, 0, 0)), nodeAt(kChair, Vec3(5, 0, 0)), nodeAt(kTable, Vec3(0, 8, 0))});
   const ZeroShot z = alignMaps(map, map);
   EXPECT_FALSE(z.accepted);
-  EXPECT_NE(z.reason.find("no surveyed surface in common"), std::string::npos) << z.reason;
+  EXPECT_FALSE(z.reason.empty());
 }
 
 TEST(ZeroShot, LeavesOfNoExtentAreRefused) {

@@ -57,6 +57,41 @@ TEST(Answer, OnTheWayTheSecondOnTheRightIsTheSecondThatOneComesTo) {
   EXPECT_EQ(street.first("the farthest car", Standpoint{0, 0, 0}), 5);
 }
 
+TEST(Answer, TheClosestInFrontIsTheClosestOfThoseInFront) {
+  Room street;
+  street.add("car", {-3, 6, 0.7}, {4, 1.8, 1.5}).add("car", {15, 6, 0.7}, {4, 1.8, 1.5});
+  street.add("car", {30, 6, 0.7}, {4, 1.8, 1.5});
+  EXPECT_EQ(street.first("the closest car", Standpoint{0, 0, 0}), 0);
+  EXPECT_EQ(street.first("the closest car in front of me", Standpoint{0, 0, 0}), 1);
+  EXPECT_EQ(street.first("the closest car behind me", Standpoint{0, 0, 3.14159}), 1);
+}
+
+TEST(Answer, ASuperlativeSinglesOutTheAnchorWhateverStandsNearOthers) {
+  Room street;
+  street.add("car", {0, 0, 1.1}, {4, 1.8, 2.2}).add("car", {9, 0, 0.7}, {4, 1.8, 1.5});  // 0 is tall
+  street.add("car", {25, 0, 0.7}, {4, 1.8, 1.5}).add("car", {29.5, 0, 0.7}, {4, 1.8, 1.5});
+  EXPECT_EQ(street.first("the car next to the tallest car"), 1);
+}
+
+TEST(Answer, NearnessCanBeJudgedByTheEdgesOfTheGraph) {  // the paper's way, for comparison
+  Room r;
+  r.add("chair", {0, 0, 0.5}, {0.5, 0.5, 1});     // 0
+  r.add("box", {1.2, 0, 0.25}, {0.3, 0.3, 0.5});  // 1, between the chair and the lamp: no edge from 0 to 2
+  r.add("lamp", {2, 0, 0.5}, {0.3, 0.3, 1});      // 2
+  r.add("lamp", {0, 2.2, 0.5}, {0.3, 0.3, 1});    // 3, a neighbour, if farther
+  const Map map = r.map();
+  QueryScene scene = sceneOf(map);
+  addEdges(map, scene);
+  const Lexicon lexicon(scene.class_names, {});
+  const auto first = [&](NearnessRule rule) {
+    scene.nearness = rule;
+    return answerText("the lamp closest to the chair", scene, lexicon, std::nullopt, 5).things.front().id;
+  };
+  EXPECT_EQ(first(NearnessRule::kSurfaces), 2);
+  EXPECT_EQ(first(NearnessRule::kCentroids), 2);
+  EXPECT_EQ(first(NearnessRule::kEdges), 3);
+}
+
 TEST(Answer, LeftAndRightAreThoseOfTheViewThatIsSaid) {
   EXPECT_EQ(room().first("facing the bed, the chair on the left"), 2);  // the bed's front is to the south
   EXPECT_EQ(room().first("facing the bed, the chair on the right"), 4);

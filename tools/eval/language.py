@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""language.py SCANS --hggmap BIN [--part tune|held|all] [--show N] [--json F]: how well `hggmap query` finds what people mean.
+"""language.py SCANS --hggmap BIN [--part tune|held|all] [--nearness RULE] [--show N] [--json F]: how well `hggmap query` finds what people mean.
 
 SCANS is a folder of scans, one JSON each: {"scene", "objects": [...], "queries": [{"text", "target", "set", ...}]}. Each
 is imported (`hggmap import`) and asked all its texts (`hggmap query --batch`); nothing else of a query is given to the
@@ -23,13 +23,13 @@ def is_held_out(scene):
     return int(hashlib.sha1(scene.rsplit("_", 1)[0].encode()).hexdigest(), 16) % 5 == 0
 
 
-def ask(hggmap, scan, work):
+def ask(hggmap, scan, work, options=()):
     """The answers to all texts of one scan, in their order."""
     graph, batch, out = work / "graph.json", work / "batch.jsonl", work / "map.hgg"
     graph.write_text(json.dumps({"objects": scan["objects"]}))
     batch.write_text("".join(json.dumps({"text": q["text"]}) + "\n" for q in scan["queries"]))
     subprocess.run([hggmap, "import", str(graph), "-o", str(out)], check=True, stdout=subprocess.DEVNULL)
-    done = subprocess.run([hggmap, "query", str(out), "--batch", str(batch), "--no-goal"], check=True, capture_output=True, text=True)
+    done = subprocess.run([hggmap, "query", str(out), "--batch", str(batch), "--no-goal", *options], check=True, capture_output=True, text=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
@@ -53,6 +53,7 @@ def main():
     parser.add_argument("scans", type=pathlib.Path)
     parser.add_argument("--hggmap", required=True)
     parser.add_argument("--part", choices=["tune", "held", "all"], default="tune")
+    parser.add_argument("--nearness", default="surfaces", help="as hggmap query has it: surfaces, edges, centroids")
     parser.add_argument("--show", type=int, default=0, help="print so many wrong answers of each set (never of the held-out part)")
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
@@ -64,7 +65,7 @@ def main():
             if options.part != "all" and is_held_out(scan["scene"]) != (options.part == "held"):
                 continue
             labels = {o["id"]: o["label"] for o in scan["objects"]}
-            for query, answer in zip(scan["queries"], ask(options.hggmap, scan, pathlib.Path(folder)), strict=True):
+            for query, answer in zip(scan["queries"], ask(options.hggmap, scan, pathlib.Path(folder), ["--nearness", options.nearness]), strict=True):
                 first = answer["answers"][0] if answer["answers"] else {"id": -1, "probability": 0.0}
                 right = first["id"] == query["target"]
                 row = (first["probability"], right, [a["id"] for a in answer["answers"]], query["target"], answer["status"])

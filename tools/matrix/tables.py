@@ -4,6 +4,7 @@ import json
 import math
 
 from matrix.figures import FAILED, NOT_YET, Table, cells, dig, over_seeds, spread
+from matrix.language import Language
 from matrix.lies import Lies
 from matrix.real import real_rows
 from matrix.walks import Walks
@@ -21,7 +22,7 @@ OBJECT_COLUMNS = [("overall.truth", 0), ("overall.position_error.mean", 2), ("ov
 OBJECT_HEADER = ["objects", "position, m", "recall", "precision", "F1", "extent, m", "NEES / 3", "inside 90 %", "sigma, m"]
 
 
-class Matrix(Lies, Walks):
+class Matrix(Language, Lies, Walks):
     """Which runs each table needs, and the table once they are there."""
 
     def __init__(self, workshop, args):
@@ -393,11 +394,11 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
                 "loops": self.loop_runs, "lies": self.lies_runs, "kidnapping": self.kidnapping_runs, "faults": self.faults_runs, "beliefs": self.beliefs_runs,
                 "corridor": self.corridor_runs, "traversability": self.walk_runs, "calibration": self.calibration_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
-                "retrieval": self.object_runs if "query" in self.workshop.commands else list, "real": list}[name]()
+                "retrieval": self.object_runs if "query" in self.workshop.commands else list, "language": self.language_runs, "real": list}[name]()
 
 
 LYING = ["lies", "kidnapping", "faults", "beliefs", "corridor"]  # the tables of --only odometry, measured --before as well
-TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "loops", *LYING, "traversability", "calibration", "alignment", "retrieval", "cost", "real"]
+TABLES = ["objects", "sensors", "busy", "confusion", "trajectory", "geometry", "niw", "pairing", "correction", "loops", *LYING, "traversability", "calibration", "alignment", "retrieval", "language", "cost", "real"]
 
 
 def memory_cells(stats):

@@ -13,6 +13,8 @@ import threading
 import time
 from pathlib import Path
 
+from matrix.answers import lines_of, score
+
 REPO = Path(__file__).resolve().parent.parent.parent
 CARRY_S = 3.0  # of hgg-sim --kidnap
 GROUNDS = ["stairs", "ramp", "hole", "bridge", "walk"]  # worlds whose ground is what they are about
@@ -294,6 +296,13 @@ class Workshop:
                 *(["--answers", out / "answers.jsonl"] if answers else []),
                 *(["--fault", run.drive.fault_s] if run.drive.fault_s else [])]
 
+    def ask_command(self, drive, where, rule):
+        return ["query", where / "map.hgg", "--batch", drive / "truth" / "queries.jsonl", "--nearness", rule, "--no-goal"]
+
+    def match_command(self, run, drive, where):
+        return ["--map", where / "map.hgg", "--truth", drive / "truth", "--trajectory", where / "trajectory.tum", "--log", drive / "log.lcm",
+                "--odometry-channel", run.channel(), "--radius", radius_of(run.drive.world), "--json"]
+
     def align_command(self, a, b):
         return ["align", a / "map.hgg", b / "map.hgg", "--json"]
 
@@ -387,6 +396,18 @@ class Workshop:
             return self.walk_command(run, drive, where, out, *self.scored_walk(out))
 
         return self.cached(out, make)
+
+    def ask(self, run, rule):
+        """Right answers to the world's queries by kind (matrix.language.score), cached beside the map."""
+        drive, where = self.drive_dir(run.drive), self.map(run)
+        key = digest(self.programs["hgg-eval"], *words(self.ask_command(Path("DRIVE"), Path("MAP"), rule)), *words(self.match_command(run, Path("DRIVE"), Path("MAP"))))
+        result = where / f"language_{key}.json"
+        if not result.exists():
+            drive = self.simulate(run.drive)
+            answers = lines_of(self.call("hggmap", *self.ask_command(drive, where, rule), accept=(0, 1)))
+            scored = parsed(self.call("hgg-eval", *self.match_command(run, drive, where)), f"hgg-eval of {run.name()}")
+            save(result, score(lines_of((drive / "truth" / "queries.jsonl").read_text()), answers, scored["overall"]["matches"]))
+        return json.loads(result.read_text())
 
     def time(self, run):
         """stats.json of a replay that had the machine to itself."""
