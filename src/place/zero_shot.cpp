@@ -22,7 +22,7 @@ constexpr std::size_t kPlacesWithPrior = 40;  // found where there is a prior; t
 constexpr std::size_t kMostSurfaces = 1200;   // of b, registered
 
 // Registration.
-constexpr double kTiltSigma = 2.5 * kDegree;  // standard deviation between the maps: two are the 5 degrees that are promised
+constexpr double kTilt = 2.5 * kDegree;  // standard deviation between the maps: two are the 5 degrees that are promised
 constexpr double kFree = 1e-6;           // 1/m^2, 1/rad^2: information that only keeps the system regular
 /// Scale of the robust kernel, standard deviations: that of alignment (docs/experiments.md, "Drag of a depth camera
 /// indoors").
@@ -66,7 +66,7 @@ struct Place {
 PoseBelief uprightPrior(const Pose& T) {
   PoseBelief prior;
   prior.T_map_body = T;
-  prior.information.diagonal() << kFree, kFree, kFree, square(1 / kTiltSigma), square(1 / kTiltSigma), kFree;
+  prior.information.diagonal() << kFree, kFree, kFree, square(1 / kTilt), square(1 / kTilt), kFree;
   return prior;
 }
 
