@@ -145,15 +145,19 @@ class Grounder {
   }
 
   /// Which class a word means is settled by the word more than by what is said of the thing: that no backpack is near
-  /// makes the bag that is near a backpack only so far.
+  /// makes the bag that is near a backpack only so far. Where things are meant, a patch of stuff that touches
+  /// everything around it gains nothing by that at all: "the tree next to the bin" is a trunk before it is a tile of
+  /// vegetation.
   void settleClasses(const std::vector<double>& by_class, Field& field) const {
     std::map<ClassId, std::vector<double>> said;
     for (std::size_t i = 0; i < by_class.size(); ++i) {
       said[thing(field.things[i]).label].push_back(field.log_p[i] - by_class[i]);
     }
-    for (double& p : field.log_p) {
-      p -= kWordOverScene *
-           logSumExp(said[thing(field.things[static_cast<std::size_t>(&p - field.log_p.data())]).label]);
+    const bool has_things = std::ranges::any_of(field.things, [&](int k) { return !thing(k).stuff; });
+    for (std::size_t i = 0; i < field.things.size(); ++i) {
+      const SceneThing& candidate = thing(field.things[i]);
+      const double share = candidate.stuff && has_things ? 1 : kWordOverScene;
+      field.log_p[i] -= share * logSumExp(said[candidate.label]);
     }
   }
 

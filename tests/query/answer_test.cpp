@@ -73,6 +73,15 @@ TEST(Answer, ASuperlativeSinglesOutTheAnchorWhateverStandsNearOthers) {
   EXPECT_EQ(street.first("the car next to the tallest car"), 1);
 }
 
+TEST(Answer, AThingIsMeantBeforeAPatchOfStuffThatTouchesEverything) {
+  Room street;
+  street.add("vegetation", {0, 4, 0.5}, {10, 10, 1}, ",\"stuff\":true");  // 0, a tile
+  street.add("trunk", {-2, 3, 1}, {0.4, 0.4, 2}).add("trunk", {8, 9, 1}, {0.4, 0.4, 2});
+  street.add("motorcycle", {0, 0, 0.5}, {2, 0.8, 1});
+  EXPECT_EQ(street.first("the tree closest to the motorcycle"), 1);
+  EXPECT_EQ(street.first("the hedge next to the motorcycle"), 0);
+}
+
 TEST(Answer, NearnessCanBeJudgedByTheEdgesOfTheGraph) {  // the paper's way, for comparison
   Room r;
   r.add("chair", {0, 0, 0.5}, {0.5, 0.5, 1});     // 0
