@@ -13,7 +13,7 @@ namespace hgg {
 /// but only columns in which a leaf changed are put together again, and only those judged anew whose verdict looked
 /// that far. What was in sight from where depends on all that lies between: it is found out again for columns that
 /// changed, and for the others in turn. With `turns` above 1 what changed is taken up in turns, too, and so are columns
-/// that come into the window; around the robot in a quarter of them. So the grid is the same, byte for byte, once the
+/// that come into the window; around the robot more often. So the grid is the same, byte for byte, once the
 /// map has rested for restsAfter() updates.
 class LiveGrid {
  public:

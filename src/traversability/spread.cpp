@@ -39,10 +39,13 @@ void lookAcrossRows(const GridShape& shape, const std::vector<std::uint8_t>& mar
   for (std::int32_t k = 0; k < shape.height; ++k) {
     const auto first = static_cast<std::size_t>(shape.cell(0, is_up ? shape.height - 1 - k : k));
     const std::uint8_t* from = next.data() + 1 + right;
-    std::uint8_t* to = here.data() + 1;
+    const std::uint8_t* mark = marks.data() + first;
+    std::uint8_t *to = here.data() + 1, *near = nearest.data() + first;
     for (std::size_t i = 0; i < width; ++i) {
-      to[i] = stepFrom(from[i], marks[first + i]);
-      nearest[first + i] = std::min(nearest[first + i], to[i]);
+      to[i] = stepFrom(from[i], mark[i]);
+    }
+    for (std::size_t i = 0; i < width; ++i) {
+      near[i] = std::min(near[i], to[i]);
     }
     next.swap(here);
   }

@@ -4,11 +4,11 @@
 
 namespace hgg {
 
-/// Which parts of the map an update of a grid takes up: squares of columns have turns, those around the robot in a
-/// quarter of them.
+/// Which parts of the map an update of a grid takes up: squares of columns have turns, those around the robot more
+/// often.
 struct Turn {
   static constexpr std::int32_t kSquare = 32;  // columns, its edge: most leaves reach over little more than one
-  static constexpr int kNearTurns = 4;
+  static constexpr int kNearTurns = 8;
 
   int of = 1, now = 0;                           // a multiple of kNearTurns, or 1: everything has every turn
   std::int32_t robot_column = 0, robot_row = 0;  // among all cells of the map
