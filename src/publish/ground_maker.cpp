@@ -47,10 +47,12 @@ std::vector<CommandReply> GroundMaker::carryOut(GroundJob job) {
 
 void GroundMaker::publishAround(const GroundJob& job) {
   const GridRegion region = around(job.p_map_body, config_.publish_size);
-  if (const auto shape = gridShape(region, config_.resolution); shape && job.wants_grid) {
-    const CostGrid& grid = around_.update(copy_.leaves(), *shape);
-    const std::optional<double> ground = groundBelow(grid, job.p_map_body);
-    send(job, grid, ground ? *ground : groundHeight(copy_.leaves(), grid));
+  if (const auto shape = gridShape(region, config_.resolution); shape && (job.follows || job.wants_grid)) {
+    const CostGrid& grid = around_.update(copy_.leaves(), *shape, job.p_map_body.head<2>());
+    if (job.wants_grid) {
+      const std::optional<double> ground = groundBelow(grid, job.p_map_body);
+      send(job, grid, ground ? *ground : groundHeight(copy_.leaves(), grid));
+    }
   }
   if (job.wants_octomap) {
     // An error is a place where nothing was seen yet: there is nothing to tell.

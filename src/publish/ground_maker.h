@@ -18,7 +18,8 @@ struct GroundJob {
   Micros utime_us = 0;  // of the newest frame
   std::int64_t revision = 0;
   Vec3 p_map_body = Vec3::Zero();
-  bool wants_grid = false, wants_octomap = false;  // around the robot
+  bool follows = false;                            // the grid around the robot follows the map, sent or not
+  bool wants_grid = false, wants_octomap = false;  // around the robot, to be sent
   std::vector<Command> commands;                   // PUBLISH_TRAVERSABILITY, PUBLISH_OCTOMAP
 };
 
@@ -27,9 +28,11 @@ class GroundMaker {
  public:
   using GridSink = std::function<void(const GroundGrid&)>;
   using OctomapSink = std::function<void(const OctomapBytes&)>;
+  /// Of the grid around the robot (LiveGrid): an update takes a third of the time between two frames.
+  static constexpr int kTurns = 64;
 
   GroundMaker(const TraversabilityConfig& config, GridSink grid, OctomapSink octomap)
-      : config_(config), send_grid_(std::move(grid)), send_octomap_(std::move(octomap)), around_(config) {}
+      : config_(config), send_grid_(std::move(grid)), send_octomap_(std::move(octomap)), around_(config, kTurns) {}
 
   /// Returns the answers to the job's commands, in their order.
   std::vector<CommandReply> carryOut(GroundJob job);

@@ -64,7 +64,7 @@ void GroundPublisher::follow(const StepReport& report) {
   }
   utime_us_ = report.utime_us;
   p_map_body_ = report.T_map_body.translation();
-  has_news_ = true;
+  has_news_ = true, is_followed_ = false;
   if (has_copy_) {
     for (const auto* ids : {&report.delta.changed, &report.delta.moved, &report.delta.removed}) {
       touched_.insert(touched_.end(), ids->begin(), ids->end());
@@ -125,11 +125,13 @@ void GroundPublisher::startDue(Micros now_us) {
   const TraversabilityConfig& config = mapper_.config().traversability;
   const bool wants_grid = has_grid_ && isDue(config.publish_rate, next_grid_us_, now_us);
   const bool wants_octomap = has_octomap_ && isDue(config.octomap_rate, next_octomap_us_, now_us);
-  if (!wants_grid && !wants_octomap && commands_.empty()) {
+  const bool follows = has_grid_ && config.publish_rate > 0 && !is_followed_;
+  if (!follows && !wants_grid && !wants_octomap && commands_.empty()) {
     return;
   }
   GroundJob job = nextJob();
-  job.wants_grid = wants_grid, job.wants_octomap = wants_octomap;
+  is_followed_ = true;
+  job.follows = follows, job.wants_grid = wants_grid, job.wants_octomap = wants_octomap;
   has_news_ = has_news_ && !wants_grid && !wants_octomap;
   const std::lock_guard lock(mutex_);
   job_ = std::move(job);

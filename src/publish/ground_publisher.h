@@ -15,7 +15,7 @@ namespace hgg {
 
 /// Publishes where the robot can walk and what is occupied around it at the configured rates, and of regions on
 /// command. It is made on a thread of its own, of a copy of what has changed, so that no frame waits for it: while the
-/// thread is at work, what is due waits.
+/// thread is at work, what is due waits. The grid around the robot follows every frame, a part of it at a time.
 class GroundPublisher {
  public:
   /// Without a sink for grids or OctoMaps nothing is done, and commands are refused. `mapper` and the sinks must
@@ -51,7 +51,8 @@ class GroundPublisher {
   bool has_copy_ = false;          // the maker has the whole map as of the last job
   Micros utime_us_ = 0;            // of the newest frame
   Vec3 p_map_body_ = Vec3::Zero();
-  bool has_news_ = false;  // a frame since the last grid was started
+  bool has_news_ = false;    // a frame since the last grid that is sent was started
+  bool is_followed_ = true;  // no frame since the last job
   Micros next_grid_us_ = 0, next_octomap_us_ = 0;
 
   GroundMaker maker_;  // the thread's own

@@ -37,6 +37,9 @@ constexpr double kMostSteep = 0.8;
 /// Where more than this share of the points of a solid lie deeper than a step below its top, that is a coarse leaf
 /// which spans a hole, as a trench: beams went through it.
 constexpr double kMostBelow = 0.1;
+/// What stands is no face that ends at the ground unless it is this high, and ends within it of the surface: poses and
+/// range make half of that. m
+constexpr float kLeastFace = 0.1F;
 /// A patch with less than this share of the points of the densest in its column is stray.
 constexpr float kStray = 0.05F;
 
@@ -164,6 +167,20 @@ double shareBelow(const SheetPatch& p, double height) {
   return 0.5 * std::erfc((p.height - height) / (deviation * std::sqrt(2.0)));
 }
 
+/// Bottom of what was seen below a surface that cannot be seen through it: a face that ends at the surface, or what
+/// leaves half as large, which tell more exactly where they are, show lower than it. Infinite: nothing.
+float beneath(std::span<const SheetPatch> patches, const Support& s) {
+  float low = std::numeric_limits<float>::infinity();
+  for (const SheetPatch& p : patches) {
+    const bool is_face = !p.carries && p.top - p.bottom >= kLeastFace && std::abs(p.top - s.height) <= kLeastFace &&
+                         p.density >= kStray * s.density;
+    const bool is_lower = p.carries && p.height <= s.height - kSameTop && 2 * p.reach <= s.reach &&
+                          p.density >= static_cast<float>(kMostBelow) * s.density;
+    low = is_face || is_lower ? std::min(low, p.bottom) : low;
+  }
+  return low;
+}
+
 /// The surface on a solid made of `patches`, which reaches up to `top`.
 Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, double step_height) {
   double weight = 0, height = 0, square_sum = 0, all = 0, below = 0, density = 0, ground_density = 0, no_ground = 0,
@@ -201,6 +218,7 @@ Support surfaceOf(std::span<const SheetPatch> patches, float bottom, float top, 
   density = is_flat ? density : ground_density;
   s.confidence = static_cast<float>(density / (density + kHalfDensity));
   s.reach = static_cast<float>(reach / weight);
+  s.beneath = beneath(patches, s);
   s.clearance = std::numeric_limits<float>::infinity();
   return s;
 }

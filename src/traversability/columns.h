@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -37,11 +38,13 @@ struct Support {
   float confidence = 0;       // 0..1
   float density = 0;          // points on the area of a foot, of the densest leaf of the solid
   float reach = 0;            // m, edge of the cell of surface that its leaves stand for
-  std::uint8_t cost = 0;      // hgg.traversability_t
-  bool carries = true;        // false: a wall, a pole, a ceiling
-  bool spans_hole = false;    // much of it lies deeper than a step below its top
-  bool seen = true;           // false: filled in between what was seen
-  bool trodden = false;       // the robot's centre was over it
+  float beneath = std::numeric_limits<float>::infinity();  // m, map frame: how low something was seen below it
+  std::uint8_t cost = 0;                                   // hgg.traversability_t
+  bool carries = true;                                     // false: a wall, a pole, a ceiling
+  bool spans_hole = false;                                 // much of it lies deeper than a step below its top
+  bool hides_drop = false;                                 // what was seen below it shows that ground ends here
+  bool seen = true;                                        // false: filled in between what was seen
+  bool trodden = false;                                    // the robot's centre was over it
 
   bool operator==(const Support&) const = default;
 };

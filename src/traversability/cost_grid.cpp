@@ -134,6 +134,30 @@ double dropBeyond(const CostGrid& grid, std::int32_t column, std::int32_t row, s
   return 0;
 }
 
+/// What lies this deep below the ground lies there for no error of range, poses or leaves. m
+constexpr float kDeep = 0.1F;
+
+/// True where something was seen below the ground and no ground beside it is as low: the beams that met it went through
+/// ground that is claimed there, so that there is none. A kerb or a stair has the lower ground at its foot. Of a trench
+/// that is looked at flatly, no more is seen than some centimetres of its far side.
+bool hidesDrop(const CostGrid& grid, std::int32_t column, std::int32_t row, const Support& s) {
+  if (!s.carries || s.height - s.beneath < kDeep) {
+    return false;
+  }
+  const float middle = (s.height + s.beneath) / 2;
+  const auto explains = [&](const Support& other) {
+    return other.carries && other.height <= middle && other.top >= s.beneath - kDeep;
+  };
+  for (std::int32_t r = row - Reach::kBeside; r <= row + Reach::kBeside; ++r) {
+    for (std::int32_t c = column - Reach::kBeside; c <= column + Reach::kBeside; ++c) {
+      if (grid.shape.contains(c, r) && std::ranges::any_of(grid.column(grid.shape.cell(c, r)), explains)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 std::uint8_t costOf(const Support& s, bool was_walked, const TraversabilityConfig& limits) {
   const double slope = s.slope / (limits.max_slope_deg * kDegree), step = s.step / limits.step_height;
   const double roughness = kUneven * s.roughness / limits.step_height;
@@ -168,6 +192,7 @@ void judge(CostGrid& grid, const WalkedWay& walked, std::int32_t column, std::in
     s.step = static_cast<float>(step);
     reach.look(kSlopeReach);
     s.slope = static_cast<float>(slopeOf(grid, column, row, s.height, limits.max_slope_deg * kDegree));
+    s.hides_drop = hidesDrop(grid, column, row, s);
     const bool was_walked = wasWalkedOn(walked, grid, static_cast<std::int32_t>(cell), s);
     s.cost = costOf(s, was_walked, limits);
     s.trodden = was_walked && walked.is_core[cell] != 0;

@@ -87,7 +87,7 @@ void blockBeforeEdges(const std::vector<std::uint8_t>& sight, const WalkedWay& w
   for (std::int32_t cell = 0; cell < shape.cells(); ++cell) {
     for (std::uint32_t k = grid.first[static_cast<std::size_t>(cell)];
          k < grid.first[static_cast<std::size_t>(cell) + 1]; ++k) {
-      if ((sight[k] & kEdge) == 0 && !grid.supports[k].spans_hole) {
+      if ((sight[k] & kEdge) == 0 && !grid.supports[k].spans_hole && !grid.supports[k].hides_drop) {
         continue;
       }
       const std::int32_t column = cell % shape.width, row = cell / shape.width;

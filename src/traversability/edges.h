@@ -14,8 +14,8 @@ namespace hgg {
 bool endsInView(const SightLines& sight, std::int32_t column, std::int32_t row, const Support& s,
                 const TraversabilityConfig& limits);
 
-/// Blocks what lies so near an edge, or a surface that spans a hole, that the ground may end there already: the ellipse
-/// of a leaf reaches beyond the last points. `sight`: of each surface of the grid (sightOn).
+/// Blocks what lies so near an edge, or a surface that spans a hole or hides a drop, that the ground may end there
+/// already: the ellipse of a leaf reaches beyond the last points. `sight`: of each surface of the grid (sightOn).
 void blockBeforeEdges(const std::vector<std::uint8_t>& sight, const WalkedWay& walked,
                       const TraversabilityConfig& limits, CostGrid& grid);
 

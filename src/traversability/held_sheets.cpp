@@ -1,6 +1,7 @@
 #include "traversability/held_sheets.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/units.h"
@@ -13,6 +14,40 @@ namespace {
 constexpr std::size_t kLookAhead = 32;
 
 bool isSame(const Leaf& a, const Leaf& b) { return a.mean == b.mean && a.cov == b.cov && a.kappa == b.kappa; }
+
+bool isSame(const PlacedSheet& a, const PlacedSheet& b) {
+  const LeafSheet &s = a.sheet, &t = b.sheet;
+  return a.views == b.views && a.carries == b.carries && s.centre == t.centre && s.along == t.along &&
+         s.across == t.across && s.normal == t.normal && s.half_along == t.half_along &&
+         s.half_across == t.half_across && s.thickness == t.thickness && s.kappa == t.kappa;
+}
+
+/// The sheet of before that the leaf still has, from `next` on; before.size(): none is near.
+std::size_t findSame(const std::vector<HeldSheet>& before, std::size_t next, const Leaf& leaf) {
+  for (std::size_t k = next; k < std::min(before.size(), next + kLookAhead); ++k) {
+    if (isSame(before[k].leaf, leaf)) {
+      return k;
+    }
+  }
+  return before.size();
+}
+
+/// True where no leaf came or went, as far as can be seen: they need not be looked for.
+bool areMostlySame(const std::vector<HeldSheet>& before, std::span<const Leaf> leaves) {
+  std::size_t same = 0;
+  for (std::size_t k = 0; before.size() == leaves.size() && k < leaves.size(); ++k) {
+    same += isSame(before[k].leaf, leaves[k]) ? 1 : 0;
+  }
+  return 2 * same > leaves.size();
+}
+
+void dropAll(const std::vector<HeldSheet>& sheets, ChangedColumns& changed) {
+  for (const HeldSheet& sheet : sheets) {
+    if (sheet.is_believed) {
+      changed.add(sheet);
+    }
+  }
+}
 
 /// A box that the sheets of all leaves lie in, without placing them.
 Eigen::AlignedBox2d boxOf(const Leaves& leaves, const Pose& T_map_object) {
@@ -91,34 +126,33 @@ bool ChangedColumns::mayHave(const HeldSheet& sheet) const {
   return false;
 }
 
-void HeldSheets::update(const MapLeaves& map, ChangedColumns& changed) {
+void HeldSheets::update(const MapLeaves& map, const Turn& turn, ChangedColumns& changed) {
   for (auto& [id, held] : nodes_) {
     held.is_current = false;
   }
   for (const auto& [id, node] : map.nodes) {
     if (isSolid(node)) {
-      follow(map, node, changed);
+      follow(map, node, turn, changed);
     }
   }
   std::erase_if(nodes_, [&](const auto& entry) {
     const HeldNode& held = entry.second;
-    for (const HeldSheet& sheet : held.sheets) {
-      if (!held.is_current && sheet.is_believed) {
-        changed.add(sheet);
-      }
+    if (!held.is_current) {
+      dropAll(held.sheets, changed);
     }
     return !held.is_current;
   });
   believe(changed);
 }
 
-void HeldSheets::follow(const MapLeaves& map, const MapNode& node, ChangedColumns& changed) {
+void HeldSheets::follow(const MapLeaves& map, const MapNode& node, const Turn& turn, ChangedColumns& changed) {
   const auto [it, is_new] = nodes_.try_emplace(node.id);
   HeldNode& held = it->second;
   const NodeView view = viewOf(map, node);
   const bool is_same_view = !is_new && view == held.view;
   const bool has_same_leaves = !is_new && &leavesOf(node) == &leavesOf(held.node);
   held.is_current = true;
+  held.views += is_same_view ? 0 : 1;
   if (!is_same_view || !has_same_leaves) {
     held.box = boxOf(leavesOf(node), view.T_map_object);
   }
@@ -126,44 +160,72 @@ void HeldSheets::follow(const MapLeaves& map, const MapNode& node, ChangedColumn
   const bool is_held = !held.sheets.empty();
   held.node = node;  // which keeps its leaves where they are
   held.view = view;
-  if (!is_near && is_held) {
-    place({}, is_same_view, held, changed);
-  }
-  if (is_near && (!is_held || !is_same_view || !has_same_leaves)) {
-    place(leavesOf(node), is_same_view, held, changed);
+  if (!is_near) {
+    dropAll(held.sheets, changed);
+    held.sheets.clear();
+    held.is_behind = false;
+  } else if (!is_held || !is_same_view || !has_same_leaves || held.is_behind) {
+    place(leavesOf(node), turn, held, changed);
   }
 }
 
-/// The sheets of the leaves, those of before where a leaf is as it was.
-void HeldSheets::place(std::span<const Leaf> leaves, bool is_same_view, HeldNode& held, ChangedColumns& changed) {
+/// The sheets of the leaves: those of before where a leaf is as it was, or where it is not the turn.
+void HeldSheets::place(std::span<const Leaf> leaves, const Turn& turn, HeldNode& held, ChangedColumns& changed) {
   std::vector<HeldSheet> before = std::exchange(held.sheets, {});
   held.sheets.reserve(leaves.size());
-  const auto drop = [&](const HeldSheet& sheet) {
-    if (sheet.is_believed) {
-      changed.add(sheet);
+  held.is_behind = false;
+  const double resolution = changed.window().resolution;
+  const auto isDue = [&](const Vec3& p_map) {
+    return turn.isDue(static_cast<std::int32_t>(std::floor(p_map.x() / resolution)),
+                      static_cast<std::int32_t>(std::floor(p_map.y() / resolution)));
+  };
+  // A sheet of before, a leaf of now, or one that became the other.
+  const auto take = [&](HeldSheet* old, const Leaf* leaf) {
+    const bool is_due =
+        (old != nullptr && isDue(old->placed.sheet.centre)) ||
+        (leaf != nullptr && isDue(held.view.T_map_object * Eigen::Vector3f(leaf->mean.data()).cast<double>()));
+    if (!is_due) {
+      held.is_behind = true;
+      if (old != nullptr) {
+        held.sheets.push_back(std::move(*old));
+      }
+      return;
+    }
+    const PlacedSheet placed = leaf != nullptr ? placeLeaf(*leaf, held.view) : PlacedSheet{};
+    if (old != nullptr && leaf != nullptr && isSame(old->placed, placed)) {
+      held.sheets.push_back(std::move(*old));  // another view of it that shows the same
+      held.sheets.back().leaf = *leaf, held.sheets.back().view = held.views;
+      return;
+    }
+    if (old != nullptr && old->is_believed) {
+      changed.add(*old);
+    }
+    if (leaf != nullptr) {
+      held.sheets.push_back({*leaf, placed, {}, {}});
+      held.sheets.back().view = held.views;
     }
   };
-  std::size_t next = 0;
-  for (const Leaf& leaf : leaves) {
-    std::size_t found = before.size();
-    for (std::size_t k = next; is_same_view && k < std::min(before.size(), next + kLookAhead); ++k) {
-      if (isSame(before[k].leaf, leaf)) {
-        found = k;
-        break;
+  const bool keeps_order = areMostlySame(before, leaves);
+  std::size_t next = 0, fresh = 0;  // of before and of the leaves: what is not dealt with yet
+  const auto takeUpTo = [&](std::size_t end_before, std::size_t end_leaves) {
+    while (next < end_before || fresh < end_leaves) {
+      HeldSheet* old = next < end_before ? &before[next++] : nullptr;
+      take(old, fresh < end_leaves ? &leaves[fresh++] : nullptr);
+    }
+  };
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const std::size_t found = keeps_order ? k : findSame(before, next, leaves[k]);
+    if (found < before.size() && isSame(before[found].leaf, leaves[k])) {
+      takeUpTo(found, k);
+      if (before[found].view == held.views) {
+        held.sheets.push_back(std::move(before[found]));
+      } else {
+        take(&before[found], &leaves[k]);
       }
+      next = found + 1, fresh = k + 1;
     }
-    if (found == before.size()) {
-      held.sheets.push_back({leaf, placeLeaf(leaf, held.view), {}, {}});
-      continue;
-    }
-    for (; next < found; ++next) {
-      drop(before[next]);
-    }
-    held.sheets.push_back(std::move(before[next++]));
   }
-  for (; next < before.size(); ++next) {
-    drop(before[next]);
-  }
+  takeUpTo(before.size(), leaves.size());
 }
 
 /// What is believed depends on what else lies around a sheet, and on the window where its density is taken.

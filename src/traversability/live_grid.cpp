@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "traversability/fill.h"
 #include "traversability/sight.h"
+#include "traversability/spread.h"
 
 namespace hgg {
 namespace {
-
-constexpr int kFarthest = std::numeric_limits<std::uint8_t>::max();  // cells; more is not told apart
 
 /// Which cell of the window before a cell of the window now was; -1: none.
 class Shift {
@@ -41,66 +39,11 @@ bool isSameWindow(const GridShape& a, const GridShape& b) {
   return a.first_column == b.first_column && a.first_row == b.first_row && a.width == b.width && a.height == b.height;
 }
 
-/// Takes into `nearest` how far from each cell the next one with a mark is that way, one of eight, in cells; 0: it has
-/// one itself. `outside`: the same of what lies outside.
-void lookThatWay(const GridShape& shape, const std::vector<std::uint8_t>& marks, std::pair<int, int> way,
-                 std::uint8_t outside, std::vector<std::uint8_t>& seen, std::vector<std::uint8_t>& nearest) {
-  const bool is_up = way.second > 0 || (way.second == 0 && way.first > 0);  // what is looked at comes first
-  for (std::int32_t k = 0; k < shape.height; ++k) {
-    const std::int32_t row = is_up ? shape.height - 1 - k : k;
-    for (std::int32_t i = 0; i < shape.width; ++i) {
-      const std::int32_t column = is_up ? shape.width - 1 - i : i;
-      const std::int32_t c = column + way.first, r = row + way.second;
-      const auto cell = static_cast<std::size_t>(shape.cell(column, row));
-      const std::uint8_t next = shape.contains(c, r) ? seen[static_cast<std::size_t>(shape.cell(c, r))] : outside;
-      seen[cell] = marks[cell] != 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(next + (next < kFarthest ? 1 : 0));
-      nearest[cell] = std::min(nearest[cell], seen[cell]);
-    }
-  }
-}
-
-/// Of each cell, how far the nearest one with a mark is along the eight ways that verdicts look, in cells. Where
-/// `is_moved`, what is outside has a mark too: it was a part of the window, or is none any more.
-std::vector<std::uint8_t> distances(const GridShape& shape, const std::vector<std::uint8_t>& marks, bool is_moved) {
-  std::vector<std::uint8_t> nearest(marks.size(), static_cast<std::uint8_t>(kFarthest)), seen(marks.size());
-  if (!is_moved && std::ranges::find(marks, 1) == marks.end()) {
-    return nearest;
-  }
-  const auto outside = static_cast<std::uint8_t>(is_moved ? 0 : kFarthest);
-  for (const int up : {-1, 0, 1}) {
-    for (const int right : {-1, 0, 1}) {
-      if (up != 0 || right != 0) {
-        lookThatWay(shape, marks, {right, up}, outside, seen, nearest);
-      }
-    }
-  }
-  return nearest;
-}
-
-/// The marks, and one on every column that is no farther from a mark than a verdict looks all around.
-std::vector<std::uint8_t> beside(const GridShape& shape, const std::vector<std::uint8_t>& marks) {
-  std::vector<std::uint8_t> wide(marks.size(), 0), out(marks.size(), 0);
-  const auto spread = [&](const std::vector<std::uint8_t>& from, std::pair<int, int> way,
-                          std::vector<std::uint8_t>& to) {
-    forEachCell(shape, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
-      for (int k = -Reach::kBeside; from[cell] != 0 && k <= Reach::kBeside; ++k) {
-        const std::int32_t c = column + k * way.first, r = row + k * way.second;
-        if (shape.contains(c, r)) {
-          to[static_cast<std::size_t>(shape.cell(c, r))] = 1;
-        }
-      }
-    });
-  };
-  spread(marks, {1, 0}, wide);
-  spread(wide, {0, 1}, out);
-  return out;
-}
-
 bool isSame(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-bool isWithin(int distance, std::uint8_t reach) { return distance <= reach || reach == kFarthest; }
+bool isWithin(int distance, std::uint8_t reach) { return distance <= reach || reach == kFarthestMark; }
 
-std::uint8_t reachOf(const Reach& reach) { return static_cast<std::uint8_t>(std::min(reach.cells(), kFarthest)); }
+std::uint8_t reachOf(const Reach& reach) { return static_cast<std::uint8_t>(std::min(reach.cells(), kFarthestMark)); }
 
 /// Calls visit(sheet, patch, cell) for all patches in marked columns.
 template <typename Visit>
@@ -170,8 +113,10 @@ CostGrid assemble(const CostGrid& before, const GridShape& window, const Marked&
     seen.first.push_back(static_cast<std::uint32_t>(seen.supports.size()));
     const bool is_changed = changed.columns.has(cell);
     if (!is_changed && !others.columns.has(cell)) {
-      const std::span<const Support> old = before.column(shift.cellBefore(c, r));
-      seen.supports.insert(seen.supports.end(), old.begin(), old.end());
+      if (const std::int32_t cell_before = shift.cellBefore(c, r); cell_before >= 0) {
+        const std::span<const Support> old = before.column(cell_before);
+        seen.supports.insert(seen.supports.end(), old.begin(), old.end());
+      }
       return;
     }
     const Gathered& g = is_changed ? changed.patches : others.patches;
@@ -189,22 +134,20 @@ CostGrid assemble(const CostGrid& before, const GridShape& window, const Marked&
 
 }  // namespace
 
-const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) {
+const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window, const Eigen::Vector2d& p_robot) {
   if (seen_.shape.resolution != window.resolution) {
     forget();
   }
   const bool is_moved = !isSameWindow(seen_.shape, window);
   const Shift shift(seen_.shape, window);
-  ChangedColumns changed(window);
-  forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t) {
-    if (shift.cellBefore(column, row) < 0) {
-      changed.add(column, row);
-    }
-  });
-  sheets_.update(map, changed);
+  const Turn turn = turnFor(window, p_robot);
+  ChangedColumns changed = columnsThatCame(window, turn);
+  ++turn_;
+  sheets_.update(map, turn, changed);
   const Marked anew{changed, gather(changed, sheets_.believed())};
   findVerdicts(anew.patches);
   ChangedColumns freed(window);
+  freed.hold(waiting_);
   findObsolete(is_moved ? nullptr : &changed, freed);
   const Marked others{freed, gather(freed, sheets_.believed())};
   CostGrid seen = assemble(seen_, window, anew, others, sheets_.believed(), limits_.step_height);
@@ -213,30 +156,64 @@ const CostGrid& LiveGrid::update(const MapLeaves& map, const GridShape& window) 
   WalkedWay walked = walkedWayOf(map, joined, limits_);
   std::vector<std::uint8_t> marks(static_cast<std::size_t>(window.cells()), 0);
   work_ = {};
+  for (std::size_t cell = 0; cell < marks.size(); ++cell) {
+    marks[cell] = changed.has(cell) || freed.has(cell) ? 1 : 0;
+    work_.columns += marks[cell];
+  }
+  // Stairs join a column to those beside it.
+  const std::vector<std::uint8_t> may_differ = beside(window, marks, Reach::kBeside);
   forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
     const std::int32_t before = shift.cellBefore(column, row);
-    work_.columns += changed.has(cell) || freed.has(cell) ? 1 : 0;
-    marks[cell] = before < 0 ||
-                          !std::ranges::equal(joined.column(static_cast<std::int32_t>(cell)), joined_.column(before)) ||
-                          !isSame(walked.height[cell], walked_.height[static_cast<std::size_t>(before)]) ||
-                          walked.is_core[cell] != walked_.is_core[static_cast<std::size_t>(before)]
+    marks[cell] = before < 0 || !isSame(walked.height[cell], walked_.height[static_cast<std::size_t>(before)]) ||
+                          walked.is_core[cell] != walked_.is_core[static_cast<std::size_t>(before)] ||
+                          (may_differ[cell] != 0 &&
+                           !std::ranges::equal(joined.column(static_cast<std::int32_t>(cell)), joined_.column(before)))
                       ? 1
                       : 0;
   });
   const CostGrid before = std::exchange(grid_, {});
   seen_ = std::move(seen), joined_ = std::move(joined), walked_ = std::move(walked);
-  fill(before, distances(window, beside(window, marks), is_moved), marks);
-  judgeNear(before, distances(window, beside(window, marks), is_moved));
+  fill(before, distances(window, beside(window, marks, Reach::kBeside), is_moved), marks);
+  judgeNear(before, distances(window, beside(window, marks, Reach::kBeside), is_moved));
   lookAgain(map, before, marks);
   result_ = grid_;
   applySight(sight_, walked_, limits_, result_);
   return result_;
 }
 
+/// Whose turn it is; everybody's in a new grid.
+Turn LiveGrid::turnFor(const GridShape& window, const Eigen::Vector2d& p_robot) const {
+  if (turns_ == 1 || seen_.shape.cells() == 0) {
+    return {};
+  }
+  return {turns_, turn_ % turns_, static_cast<std::int32_t>(std::floor(p_robot.x() / window.resolution)),
+          static_cast<std::int32_t>(std::floor(p_robot.y() / window.resolution)), kNear / window.resolution};
+}
+
+/// Those that are new in the window and have their turn; the others wait.
+ChangedColumns LiveGrid::columnsThatCame(const GridShape& window, const Turn& turn) {
+  const Shift shift(seen_.shape, window);
+  ChangedColumns changed(window);
+  const std::vector<std::uint8_t> waited = std::exchange(waiting_, {});
+  waiting_.assign(static_cast<std::size_t>(window.cells()), 0);
+  forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
+    const std::int32_t before = shift.cellBefore(column, row);
+    if (before < 0 || waited[static_cast<std::size_t>(before)] != 0) {
+      if (turn.isDue(window.first_column + column, window.first_row + row)) {
+        changed.add(column, row);
+      } else {
+        waiting_[cell] = 1;
+      }
+    }
+  });
+  changed.hold(waiting_);
+  return changed;
+}
+
 void LiveGrid::forget() {
   sheets_ = {};
   seen_ = joined_ = grid_ = CostGrid{{}, {0}, {}};
-  walked_ = {}, sight_.clear();
+  walked_ = {}, sight_.clear(), waiting_.clear();
   fill_reach_.clear(), judge_reach_.clear();
 }
 
@@ -249,7 +226,7 @@ void LiveGrid::findObsolete(const ChangedColumns* changed, ChangedColumns& other
     }
     std::uint32_t columns = 0, obsolete = 0;
     for (const HeldPatch& p : sheet->patches) {
-      if (others.cellOf(p) >= 0) {
+      if (const std::int64_t cell = others.cellOf(p); cell >= 0 && !others.waits(static_cast<std::size_t>(cell))) {
         columns += 1, obsolete += p.verdict == Verdict::kObsolete ? 1 : 0;
       }
     }
@@ -326,17 +303,16 @@ void LiveGrid::judgeNear(const CostGrid& before, const std::vector<std::uint8_t>
 
 /// `changed`: columns whose surfaces are not what they were.
 void LiveGrid::lookAgain(const MapLeaves& map, const CostGrid& before, const std::vector<std::uint8_t>& changed) {
-  constexpr std::int32_t kBlock = 8;  // columns, its edge: blocks take turns
   const GridShape& window = grid_.shape;
   const Shift shift(before.shape, window);
   const SightLines sight(grid_, map);
   const std::vector<std::uint8_t> sight_before = std::exchange(sight_, {});
   sight_.resize(grid_.supports.size());
-  turn_ = (turn_ + 1) % kTurns;
+  const int turns = std::max(kTurns, turns_);
+  const Turn turn{turns, turn_ % turns};
   forEachCell(window, [&](std::int32_t column, std::int32_t row, std::size_t cell) {
     const std::int32_t old = shift.cellBefore(column, row);
-    const std::int32_t block = (window.first_column + column) / kBlock + 3 * ((window.first_row + row) / kBlock);
-    const bool is_its_turn = (block % kTurns + kTurns) % kTurns == turn_;
+    const bool is_its_turn = turn.isDue(window.first_column + column, window.first_row + row);
     const bool is_new = old < 0 || changed[cell] != 0;
     work_.looked_at += is_new || is_its_turn ? 1 : 0;
     for (std::uint32_t k = grid_.first[cell], i = 0; k < grid_.first[cell + 1]; ++k, ++i) {

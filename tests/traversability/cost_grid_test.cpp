@@ -102,6 +102,34 @@ TEST(CostGrid, APoleOfFiveCentimetresIsSeen) {
   EXPECT_TRUE(isFree(grid, 0.15, 0.55));
 }
 
+TEST(CostGrid, AFaceBelowTheGroundOnBothSidesIsTheFarSideOfATrench) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2, 0, 30, 1.0);  // leaves of a distant look span it
+  world.add({0, -2, 0}, {0, 4, 0}, {0, 0, -0.15}, 10);
+  const CostGrid grid = world.grid();
+  for (const double x : {-0.15, -0.05, 0.05, 0.15}) {
+    EXPECT_EQ(costAt(grid, x, 0.55), kCostBlocked) << x;
+  }
+  EXPECT_TRUE(isFree(grid, -0.55, 0.55));
+  EXPECT_TRUE(isFree(grid, 0.55, 0.55));
+}
+
+TEST(CostGrid, WhereFinerLeavesLieLowerCoarseOnesSpanATrench) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2, 0, 30, 1.0);
+  world.addFloor(0, -2, 0.1, 2, -0.11, 10);  // a ring of beams on its far side
+  const CostGrid grid = world.grid();
+  EXPECT_EQ(costAt(grid, 0.05, 0.55), kCostBlocked);
+  EXPECT_TRUE(isFree(grid, 0.55, 0.55));
+}
+
+TEST(CostGrid, ASinglePointBelowTheGroundIsNoTrench) {
+  SurfacesWorld world;
+  world.addFloor(-2, -2, 2, 2, 0, 30, 1.0);
+  world.addFloor(0.04, 0.54, 0.06, 0.56, -0.11, 1, 0.02);
+  EXPECT_TRUE(isFree(world.grid(), 0.05, 0.55));
+}
+
 TEST(CostGrid, TheEdgeOfADropIsNoGround) {
   SurfacesWorld world;
   world.addFloor(-2, -2, 0, 2);

@@ -130,7 +130,7 @@ class Changer {
 
 /// The grid after the map has rested.
 const CostGrid& rested(LiveGrid& live, const MapLeaves& map, const GridShape& window) {
-  for (int turn = 1; turn < LiveGrid::kTurns; ++turn) {
+  for (int turn = 1; turn < live.restsAfter(); ++turn) {
     live.update(map, window);
   }
   return live.update(map, window);
@@ -141,7 +141,7 @@ TEST(LiveGrid, IsTheGridOfTheRestingMapAfterAnyChangesAndMoves) {
     Map map = someStreet();
     Changer changer(seed);
     TraversabilityConfig limits;
-    LiveGrid live(limits), of_copy(limits);
+    LiveGrid live(limits), of_copy(limits), in_turns(limits, 8);
     LeafCopy copy;
     copy.apply(allOf(map));
     std::vector<NodeId> touched;
@@ -162,9 +162,13 @@ TEST(LiveGrid, IsTheGridOfTheRestingMapAfterAnyChangesAndMoves) {
       const CostGrid expected = buildCostGrid(map, window, limits);
       ASSERT_GT(expected.supports.size(), 100U);
       live.update(map, window);
+      in_turns.update(map, window, robot);
       const bool rests = changer.below(2) == 0;  // else the next change finds it as it is
       if (rests) {
         ASSERT_TRUE(areEqual(rested(live, map, window), expected)) << "seed " << seed << ", round " << round;
+      }
+      if (rests && seed == 1U) {
+        ASSERT_TRUE(areEqual(rested(in_turns, map, window), expected)) << "in turns, seed " << seed << ", " << round;
       }
       copy.apply(changesOf(map, touched));
       touched.clear();
@@ -201,6 +205,35 @@ TEST(LiveGrid, WorksOnNothingWhereNothingChangedAndNearAChangeOnly) {
   EXPECT_LT(live.work().judged, static_cast<std::size_t>(window.cells()) / 4);
   EXPECT_LT(live.work().looked_at, static_cast<std::size_t>(window.cells()) / 4);
   EXPECT_TRUE(areEqual(rested(live, map, window), expected));
+}
+
+TEST(LiveGrid, InTurnsTakesUpWhatIsNearTheRobotSoonAndTheRestWhenItsTurnComes) {
+  constexpr int kTurns = 32;
+  SurfacesWorld before, after;
+  before.addFloor(-19, -19, 19, 19, 0, 30, 0.5);
+  after.addFloor(-19, -19, 19, 19, 0.03, 30, 0.5);
+  const Map was = before.map(), is = after.map();
+  const TraversabilityConfig limits;
+  const GridShape window = *gridShape({-20, -20, 20, 20}, limits.resolution);
+  LiveGrid live(limits, kTurns);
+  live.update(was, window);
+  const CostGrid expected = buildCostGrid(is, window, limits);
+  const auto isThere = [&](const CostGrid& grid, double x, double y) {
+    return std::abs(supportAt(grid, x, y)->height - supportAt(expected, x, y)->height) < 1e-6;
+  };
+  int farthest = 0;
+  for (int turn = 1; turn <= kTurns; ++turn) {
+    const CostGrid& grid = live.update(is, window);
+    EXPECT_LT(live.work().columns, static_cast<std::size_t>(window.cells()) / 6) << turn;
+    if (turn == Turn::kNearTurns) {
+      for (const double x : {-3.05, 0.05, 3.05}) {
+        EXPECT_TRUE(isThere(grid, x, 0.05)) << x;
+      }
+    }
+    farthest = isThere(grid, 15.05, -15.05) && farthest == 0 ? turn : farthest;
+  }
+  EXPECT_GT(farthest, 0);
+  EXPECT_TRUE(areEqual(rested(live, is, window), expected));
 }
 
 TEST(LiveGrid, AnotherResolutionBeginsAnew) {
