@@ -194,7 +194,7 @@ for text in 'the banana' '' '}{' "$(head -c 10000 /dev/zero | tr '\0' x)" "$(pri
   code=$?
   [ "$code" -eq 1 ] || [ -z "$text" ] && [ "$code" -le 2 ] || complain "query '$(head -c 20 <<< "$text")': exit $code"
 done
-echo '{"text":3}' > bad.jsonl
+printf '{"text":3}\n{"text":"the table"}\n' > bad.jsonl
 for command in 'import missing.json -o no.hgg' 'import text.log -o no.hgg' 'query missing.hgg chair' 'query room.hgg' \
   'query room.hgg --batch bad.jsonl' 'query room.hgg chair --from 1,2'; do
   # shellcheck disable=SC2086

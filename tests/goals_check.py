@@ -75,11 +75,13 @@ def events(path):
             yield utime, file.read(channel).decode(), file.read(data)
 
 
-def judge(query, reply, truth, ground, asked_us, heard_us):
+def judge(query, reply, truth, ground):
     """Lines of what is wrong."""
     wrong = []
     if not reply.num_answers or reply.num_waypoints == 0:
         return [f"no answer with a way: status {reply.status}, {reply.text} {reply.goal_reason}"]
+    if reply.goal_kind != reply.REACHABLE:
+        wrong.append(f"not reached: {reply.goal_reason}")
     target = surface(truth, query["target"])
     gap = min(math.dist(p[:2], reply.goal[:2]) for p in target)
     if gap > NEAR:
@@ -120,7 +122,7 @@ def check(truth, asked, heard):
             sys.exit(f"goals_test: FAILED: no reply to \"{text}\"")
         heard_us, reply = answered[request]
         latencies.append((heard_us - asked_us) / 1000)
-        wrong = judge(queries[text], reply, truth, ground, asked_us, heard_us)
+        wrong = judge(queries[text], reply, truth, ground)
         print(f"goals_test: \"{text}\": {latencies[-1]:.0f} ms, {reply.path_length:.1f} m to walk{''.join('; WRONG: ' + w for w in wrong)}")
         failed |= bool(wrong)
     if failed or len(sent) != len(queries):

@@ -73,7 +73,8 @@ class Joined:
 
 
 def check(directory, flags, members, build):
-    joined = Joined(build / "together" / f"{members[0].parent.name}_{members[0].stem}_{len(members)}.cpp", members)
+    name = str(members[0].relative_to(REPO)).replace("/", "_")
+    joined = Joined(build / "together" / f"{len(members)}_{name}", members)
     command = ["clang-tidy", "--quiet", f"--config-file={REPO / '.clang-tidy'}", str(joined.path), "--", *flags]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True)
     if len(members) > 1 and "[clang-diagnostic-error]" in done.stdout:

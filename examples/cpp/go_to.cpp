@@ -22,6 +22,7 @@ struct Client {
   hgg::goal_query_t query{};
   hgg::goal_reply_t reply{};
   bot_core::pose_t robot{};
+  std::string why = "does hggmap run?";  // there is no answer
   bool is_answered = false, has_pose = false;
 
   void onGraph(const lcm::ReceiveBuffer*, const std::string&, const hgg::graph_update_t* update) {
@@ -33,7 +34,8 @@ struct Client {
   }
   void onReply(const lcm::ReceiveBuffer*, const std::string&, const hgg::goal_reply_t* r) {
     const bool is_ours = r->client == query.client && r->request_id == query.request_id;
-    if (is_ours && r->status != hgg::goal_reply_t::FAILED) reply = *r, is_answered = true;  // after FAILED, ask again
+    if (is_ours && r->status == hgg::goal_reply_t::FAILED) why = r->text;  // ask again
+    if (is_ours && r->status != hgg::goal_reply_t::FAILED) reply = *r, is_answered = true;
   }
   double distanceTo(int k) const { return std::hypot(reply.path_x[k] - robot.pos[0], reply.path_y[k] - robot.pos[1]); }
   int nextWaypoint() const {  // the first one kAhead beyond that nearest to the robot
@@ -58,7 +60,7 @@ int main(int argc, char** argv) {
   client.query.client = "go_to", client.query.request_id = client.query.utime;
   client.query.text = argv[1], client.query.with_goal = true;
   for (auto ask = start; !client.is_answered; lcm.handleTimeout(50)) {  // the bus may lose messages: ask until answered
-    if (Clock::now() > start + kPatience) return std::fprintf(stderr, "no answer: does hggmap run, with a map?\n"), 2;
+    if (Clock::now() > start + kPatience) return std::fprintf(stderr, "no answer: %s\n", client.why.c_str()), 2;
     if (Clock::now() >= ask) lcm.publish("GOAL_QUERY", &client.query), ask += kAskAgain;
   }
   const hgg::goal_reply_t& reply = client.reply;

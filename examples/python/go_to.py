@@ -22,6 +22,7 @@ ASK_AGAIN, PATIENCE = 1.0, 15.0  # s
 class Client:
     def __init__(self, bus, text):
         self.bus, self.things, self.reply, self.robot = bus, {}, None, None
+        self.why = "does hggmap run?"  # there is no answer
         self.query = goal_query_t()
         self.query.utime = self.query.request_id = time.time_ns() // 1000
         self.query.client, self.query.text, self.query.with_goal = "go_to.py", text, True
@@ -41,7 +42,9 @@ class Client:
     def on_reply(self, channel, data):
         reply = goal_reply_t.decode(data)
         ours = reply.client == self.query.client and reply.request_id == self.query.request_id
-        if ours and reply.status != goal_reply_t.FAILED:  # after FAILED, ask again
+        if ours and reply.status == goal_reply_t.FAILED:
+            self.why = reply.text  # ask again
+        elif ours:
             self.reply = reply
 
     def ask(self):
@@ -74,7 +77,7 @@ def main(argv):
     client.ask()
     reply = client.reply
     if reply is None:
-        print("no answer: does hggmap run, with a map?", file=sys.stderr)
+        print("no answer:", client.why, file=sys.stderr)
         return 2
     for answer in reply.answers:
         print(f"{100 * answer.probability:3.0f} %  {answer.reason}")

@@ -23,13 +23,14 @@ int fail(const std::string& error) {
 }
 
 int answerLines(const std::string& path, const std::string& form,
-                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer) {
+                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer,
+                const std::function<std::string(const std::string& why)>& refuse) {
   const std::optional<std::string> text = readFile(path);
   if (!text) {
     return fail(fmt::format("{}: cannot read the batch", path));
   }
   std::istringstream lines(*text);
-  int number = 0;
+  int number = 0, code = kDone;
   for (std::string line; std::getline(lines, line);) {
     ++number;
     if (line.find_first_not_of(" \t\r") == std::string::npos) {
@@ -37,11 +38,12 @@ int answerLines(const std::string& path, const std::string& form,
     }
     const std::optional<std::string> answered = answer(nlohmann::json::parse(line, nullptr, false));
     if (!answered) {
-      return fail(fmt::format("{}:{}: a line is {}", path, number, form));
+      code = fail(fmt::format("{}:{}: a line is {}", path, number, form));
     }
-    fmt::print("{}\n", *answered);
+    fmt::print("{}\n", answered ? *answered : refuse(fmt::format("a line is {}", form)));
+    std::fflush(stdout);  // whoever stops it keeps what was answered
   }
-  return kDone;
+  return code;
 }
 
 std::optional<std::vector<double>> numbersOf(const nlohmann::json& object, const char* key) {

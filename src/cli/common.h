@@ -29,10 +29,11 @@ using Action = std::function<int()>;
 int fail(const std::string& error);
 
 /// Prints what `answer` makes of each line of a file of JSON values, one line an answer, in their order; blank lines
-/// are skipped. Where `answer` gives nothing, fails with the number of the line and what it should be, `form`; what was
-/// answered until then has been printed. Returns the exit code.
+/// are skipped. Where `answer` gives nothing, the line of `refuse` stands in its place, and stderr says the number of
+/// the line and what it should be, `form`. Returns the exit code: bad input when any line was refused.
 int answerLines(const std::string& path, const std::string& form,
-                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer);
+                const std::function<std::optional<std::string>(const nlohmann::json&)>& answer,
+                const std::function<std::string(const std::string& why)>& refuse);
 /// The finite numbers that an object holds as a list under `key`; nothing when it does not.
 std::optional<std::vector<double>> numbersOf(const nlohmann::json& object, const char* key);
 

@@ -89,7 +89,12 @@ int planBatch(const PlanOptions& o, const Ground& ground, const TraversabilityCo
                ? std::optional(jsonOf(planPath(ground.grid, limits, {*from, *to, ground.height, o.allow_unknown})))
                : std::nullopt;
   };
-  return answerLines(o.batch, R"({"from":[x,y] or [x,y,z],"to":[..]})", answer);
+  const auto refuse = [](const std::string& why) {
+    Plan none;
+    none.reason = why;
+    return jsonOf(none);
+  };
+  return answerLines(o.batch, R"({"from":[x,y] or [x,y,z],"to":[..]})", answer, refuse);
 }
 
 int plan(const PlanOptions& o) {

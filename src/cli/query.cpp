@@ -117,10 +117,11 @@ void print(const Answer& answer, const std::optional<Goal>& goal) {
 }
 
 std::optional<Standpoint> standpointOf(const std::vector<double>& v) {
-  if (v.size() != 3 || !std::ranges::all_of(v, [](double x) { return std::isfinite(x); })) {
+  if (v.size() != 3) {
     return std::nullopt;
   }
-  return Standpoint{v[0], v[1], v[2]};
+  const Standpoint from{v[0], v[1], v[2]};
+  return isPlace(from) ? std::optional(from) : std::nullopt;
 }
 
 Result<Session> openSession(const QueryOptions& o) {
@@ -183,7 +184,12 @@ int queryBatch(const QueryOptions& o, const Session& session) {
     return has_text ? std::optional(lineOf(answerJson(o, session, line["text"].get<std::string>(), from)))
                     : std::nullopt;
   };
-  return answerLines(o.batch, R"({"text":"..","from":[x,y,yaw]}, without "from" if need be)", answer);
+  const auto refuse = [](const std::string& why) {
+    Answer none;
+    none.reason = why;
+    return lineOf(jsonOf("", none, std::nullopt));
+  };
+  return answerLines(o.batch, R"({"text":"..","from":[x,y,yaw]} in UTF-8, without "from" if need be)", answer, refuse);
 }
 
 int query(const QueryOptions& o) {
@@ -191,7 +197,7 @@ int query(const QueryOptions& o) {
     return fail("query needs a text or --batch FILE, and not both (see --help)");
   }
   if (!o.from.empty() && !standpointOf(o.from)) {
-    return fail("--from must be x,y,yaw");
+    return fail("--from must be x,y,yaw, m within a million and rad");
   }
   const Result<Session> session = openSession(o);
   if (!session) {

@@ -32,18 +32,6 @@ std::optional<Start> startOf(const AskedMap& map, const GoalQuery& query) {
   return Start{{p.x(), p.y(), std::atan2(ahead.y(), ahead.x())}, {p.x(), p.y(), std::nullopt, p.z()}};
 }
 
-/// Numbers that the sender may not write; empty when there are none.
-std::string whyUnanswerable(const GoalQuery& query) {
-  constexpr double kFarthest = 1e6;  // m from the origin: farther off nobody walks, and cells have no numbers
-  if (query.start) {
-    const auto& [x, y, z, yaw] = *query.start;
-    if (!(std::abs(x) <= kFarthest && std::abs(y) <= kFarthest && std::isfinite(yaw))) {
-      return "the start is no place: x, y and yaw must be finite";
-    }
-  }
-  return {};
-}
-
 GoalStatus statusOf(AnswerStatus status) {
   switch (status) {
     case AnswerStatus::kOk:
@@ -97,15 +85,17 @@ const Lexicon& GoalAnswerer::lexiconOf(const std::map<ClassId, std::string>& cla
 }
 
 GoalReply GoalAnswerer::answer(AskedMap map, const GoalQuery& query) {
-  GoalReply reply = failure(query, whyUnanswerable(query));
+  GoalReply reply = failure(query, {});
   reply.utime_us = map.utime_us, reply.revision = map.revision;
-  if (!reply.text.empty()) {
-    return reply;
-  }
   LeafCopy copy;
   copy.apply(std::move(map.all));
   const MapLeaves leaves = copy.leaves();
   const std::optional<Start> start = startOf(map, query);
+  if (start && !isPlace(start->standpoint)) {
+    reply.status = GoalStatus::kNotUnderstood;
+    reply.text = "the start is no place: x, y and yaw must be finite, within a million metres";
+    return reply;
+  }
   const std::size_t most =
       query.max_answers <= 0 ? kUsualAnswers : std::min<std::size_t>(query.max_answers, kMostAnswers);
   const Answer answer = answerText(query.text, sceneOf(leaves, map.class_names), lexiconOf(map.class_names),

@@ -32,14 +32,16 @@ void GoalPublisher::work(const std::stop_token& stop) {
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
   answerer_.lexiconOf({});  // reads WordNet, so that the first who asks need not wait for that
   std::unique_lock lock(mutex_);
-  while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); })) {
+  while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); }) && !stop.stop_requested()) {
     Job job = std::move(jobs_.front());
     lock.unlock();
+    // What a lost robot was told is worth nothing once it knows where it is.
+    const bool has_start = job.first.T_map_body || job.second.start;
     const GoalReply reply = answerer_.answer(std::move(job.first), job.second);
-    lock.lock();
-    const bool is_answer = reply.status != GoalStatus::kFailed;
-    desk_.close(keyOf(job.second), is_answer ? std::optional(reply) : std::nullopt);
     send(reply);
+    lock.lock();
+    const bool is_lasting = has_start && reply.status != GoalStatus::kFailed;
+    desk_.close(keyOf(job.second), is_lasting ? std::optional(reply) : std::nullopt);
     jobs_.pop_front();
     wake_.notify_all();
   }
@@ -54,21 +56,26 @@ void GoalPublisher::ask(const GoalQuery& query) {
   if (!thread_.joinable()) {
     return;
   }
-  const std::lock_guard lock(mutex_);
+  if (const std::optional<GoalReply> reply = takeIn(query)) {
+    send(*reply);
+  }
+}
+
+std::optional<GoalReply> GoalPublisher::takeIn(const GoalQuery& query) {
   const Map& map = mapper_.map();
   if (map.nodes().empty()) {
-    send(failure(query, "there is no map yet: ask again later"));
-    return;
+    return failure(query, "there is no map yet: ask again later");
   }
-  const Requests::Admission admission = desk_.admit(keyOf(query));
-  if (admission.verdict == Requests::Verdict::kAnswered) {
-    send(*admission.reply);
-  } else if (admission.verdict == Requests::Verdict::kFull) {
-    send(failure(query, fmt::format("{} queries wait already: ask again later", Requests::kMostAtWork)));
-  } else if (admission.verdict == Requests::Verdict::kNew) {
+  const std::lock_guard lock(mutex_);
+  Requests::Admission admission = desk_.admit(keyOf(query));
+  if (admission.verdict == Requests::Verdict::kFull) {
+    return failure(query, fmt::format("{} queries wait already: ask again later", Requests::kMostAtWork));
+  }
+  if (admission.verdict == Requests::Verdict::kNew) {
     jobs_.push_back({{allOf(map), map.classNames(), utime_us_, map.revision(), T_map_body_}, query});
     wake_.notify_all();
   }
+  return std::move(admission.reply);
 }
 
 void GoalPublisher::settle() {
@@ -76,8 +83,8 @@ void GoalPublisher::settle() {
   wake_.wait(lock, [this] { return jobs_.empty(); });
 }
 
-/// Under the lock, so that replies come one at a time.
-void GoalPublisher::send(const GoalReply& reply) const {
+void GoalPublisher::send(const GoalReply& reply) {
+  const std::lock_guard lock(sending_);
   for (const Sink& sink : sinks_) {
     if (sink.goal) {
       sink.goal(reply);

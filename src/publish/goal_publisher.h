@@ -23,7 +23,7 @@ class GoalPublisher {
  public:
   /// `mapper` and the sinks must outlive it. Without a sink for replies queries are dropped.
   GoalPublisher(const Mapper& mapper, std::vector<Sink> sinks);
-  /// Waits for what the thread is at.
+  /// Waits for the answer that the thread is at; those that wait behind it are not given any more.
   ~GoalPublisher();
   GoalPublisher(const GoalPublisher&) = delete;
   GoalPublisher& operator=(const GoalPublisher&) = delete;
@@ -40,13 +40,16 @@ class GoalPublisher {
   using Requests = Desk<std::tuple<std::string, std::int64_t, std::string>, GoalReply>;
 
   void work(const std::stop_token& stop);
-  void send(const GoalReply& reply) const;
+  /// What is to be said at once; nothing where the thread will say it.
+  std::optional<GoalReply> takeIn(const GoalQuery& query);
+  void send(const GoalReply& reply);
 
   const Mapper& mapper_;
   std::vector<Sink> sinks_;
   Micros utime_us_ = 0;             // of the newest frame
   std::optional<Pose> T_map_body_;  // nothing while lost
 
+  std::mutex sending_;     // replies go out one at a time
   GoalAnswerer answerer_;  // the thread's own
   std::mutex mutex_;       // guards what follows
   std::condition_variable_any wake_;

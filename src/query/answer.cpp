@@ -17,6 +17,11 @@ namespace {
 constexpr double kMisread = 0.01, kMisreadPerWord = 0.04;
 /// The second is within noise of the first when it is at least this likely next to it.
 constexpr double kAmbiguousRatio = 0.6;
+/// A first answer less probable than this is one of many, whatever the second.
+constexpr double kLeastSure = 0.35;
+/// A thing that the text is about and the map does not have is worse than a word that was not understood: as bad as so
+/// many.
+constexpr int kMissingCounts = 4;
 
 const char* nameOf(Relation r) {
   static constexpr const char* kNames[] = {"near",  "closest to", "far from",    "between", "on",      "with on it",
@@ -100,7 +105,7 @@ std::string reasonFor(const Request& request, const Grounding& grounding, const 
       const std::vector<Referent>& found = grounding.anchors[static_cast<std::size_t>(anchor)];
       const std::string& words = request.phrases[static_cast<std::size_t>(anchor)].words;
       if (found.empty()) {
-        reason += fmt::format(" \"{}\"", words);
+        reason += fmt::format(" \"{}\", which the map does not have", words);
         continue;
       }
       const SceneThing& a = anchorToName(scene, found, thing, c.relation == Relation::kFar);
@@ -119,6 +124,38 @@ void allowForMisreading(std::vector<Referent>& candidates, int unread) {
   const double misread = 1 - (1 - kMisread) * std::pow(1 - kMisreadPerWord, unread);
   for (Referent& c : candidates) {
     c.probability = (1 - misread) * c.probability + misread / static_cast<double>(candidates.size() + 1);
+  }
+}
+
+/// What the thing is told by, and the map does not have.
+std::vector<std::string> missingAnchors(const Request& request, const Grounding& grounding) {
+  std::vector<std::string> missing;
+  for (const Constraint& c : request.phrases[static_cast<std::size_t>(request.target)].constraints) {
+    for (const int anchor : c.kind == Constraint::Kind::kRelation ? c.anchors : std::vector<int>{}) {
+      const Phrase& phrase = request.phrases[static_cast<std::size_t>(anchor)];
+      const bool is_thing = !phrase.is_robot && !phrase.is_room && !phrase.is_any;
+      if (is_thing && !c.is_negated && grounding.anchors[static_cast<std::size_t>(anchor)].empty()) {
+        missing.push_back(phrase.words);
+      }
+    }
+  }
+  return missing;
+}
+
+/// Whether the first answer is one, or one of several, and why.
+void judge(const Referents& candidates, const std::vector<std::string>& missing, Answer& answer) {
+  const double most = candidates.front().probability;
+  const auto is_close = [&](const Referent& c) { return c.probability > kAmbiguousRatio * most; };
+  const auto close = std::ranges::count_if(candidates, is_close);
+  if (!missing.empty()) {
+    answer.status = AnswerStatus::kAmbiguous;
+    answer.reason = fmt::format("the map has no \"{}\", so this is a guess", missing.front());
+  } else if (close > 1) {
+    answer.status = AnswerStatus::kAmbiguous;
+    answer.reason = fmt::format("{} things fit about as well", close);
+  } else if (most < kLeastSure) {
+    answer.status = AnswerStatus::kAmbiguous;
+    answer.reason = "nothing fits well";
   }
 }
 
@@ -168,7 +205,8 @@ Answer answerText(const std::string& text, const QueryScene& scene, const Lexico
   if (grounding.target.empty()) {
     return noAnswer(AnswerStatus::kNotFound, fmt::format("the map has no \"{}\"", target.words), request);
   }
-  allowForMisreading(grounding.target, request.unread);
+  const std::vector<std::string> missing = missingAnchors(request, grounding);
+  allowForMisreading(grounding.target, request.unread + kMissingCounts * static_cast<int>(missing.size()));
   const Pose T_map_scene(Eigen::AngleAxisd(scene.yaw, Vec3::UnitZ()));
   Answer answer{AnswerStatus::kOk, {}, {}, request};
   for (std::size_t k = 0; k < std::min(top, grounding.target.size()); ++k) {
@@ -177,13 +215,7 @@ Answer answerText(const std::string& text, const QueryScene& scene, const Lexico
     answer.things.push_back({thing.id, nameOf(scene, thing.label), c.probability, T_map_scene * thing.centre,
                              reasonFor(request, grounding, scene, thing)});
   }
-  const std::vector<Referent>& all = grounding.target;
-  if (all.size() > 1 && all[1].probability > kAmbiguousRatio * all[0].probability) {
-    answer.status = AnswerStatus::kAmbiguous;
-    const auto close = std::ranges::count_if(
-        all, [&](const Referent& c) { return c.probability > kAmbiguousRatio * all[0].probability; });
-    answer.reason = fmt::format("{} things fit about as well", close);
-  }
+  judge(grounding.target, missing, answer);
   return answer;
 }
 

@@ -168,6 +168,10 @@ Goal findGoalInMap(const MapLeaves& map, NodeId target, const TraversabilityConf
     goal.reason = node == map.nodes.end() ? "the map has no such thing" : "the map has no ground that was walked on";
     return goal;
   }
+  if (from.x < whole->x_min || from.y < whole->y_min || from.x > whole->x_max || from.y > whole->y_max) {
+    goal.reason = "the start lies outside the map";
+    return goal;
+  }
   const Body body = bodyOf(node->second);
   const Eigen::Vector2d start(from.x, from.y);
   const Eigen::Vector2d thing =
@@ -178,7 +182,7 @@ Goal findGoalInMap(const MapLeaves& map, NodeId target, const TraversabilityConf
                             std::min(high.x(), whole->x_max), std::min(high.y(), whole->y_max)};
     const Result<GridShape> shape = gridShape(region, limits.resolution, most_cells);
     if (!shape) {
-      goal.reason = goal.found ? goal.reason : shape.error;
+      goal.reason = goal.reason.empty() ? "it is too far away for a way to be looked for" : goal.reason;
       return goal;
     }
     goal = findGoal(map, target, buildCostGrid(map, *shape, limits), limits, from);

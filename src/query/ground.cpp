@@ -27,10 +27,18 @@ constexpr double kLiteral = 1.4;
 constexpr double kWrongSide = 0.05;
 const Vec3 kRobotHalf(0.25, 0.25, 1);  // m: half a robot
 
+/// A class that a word may mean, and that a thing may be of.
+struct Meaning {
+  ClassId id = 0;
+  double fit = 1, belief = 1;  // how readily the word is used for the class; P(class | thing)
+};
+using Meanings = std::vector<Meaning>;
+
 /// Things that a phrase may mean, with log-probabilities that need not add up.
 struct Field {
   std::vector<int> things;  // indices in the scene, ascending
   std::vector<double> log_p;
+  std::vector<Meanings> meanings;
 };
 
 double logSumExp(const std::vector<double>& values) {
@@ -71,26 +79,36 @@ class Grounder {
   const Phrase& phrase(int k) const { return request_.phrases[static_cast<std::size_t>(k)]; }
   const SceneThing& thing(int k) const { return scene_.things[static_cast<std::size_t>(k)]; }
 
-  /// By what the things are, and that they are.
-  Field byClass(const Phrase& p) const {
-    std::map<int, double> share;
+  /// The things that a phrase may mean by its classes, by index.
+  std::map<int, Meanings> meaningsOf(const Phrase& p) const {
+    std::map<int, Meanings> meanings;
     for (const auto& [id, fit] : p.classes) {
       const auto of_class = scene_.of_class.find(id);
       for (const int k : of_class != scene_.of_class.end() ? of_class->second : std::vector<int>{}) {
-        share[k] += fit * weightOf(thing(k).classes, id);
+        if (const double belief = weightOf(thing(k).classes, id); fit > 0 && belief > 0) {
+          meanings[k].push_back({id, fit, belief});
+        }
       }
     }
     for (std::size_t k = 0; p.is_any && k < scene_.things.size(); ++k) {
       if (!scene_.things[k].stuff) {
-        share[static_cast<int>(k)] = 1;
+        meanings[static_cast<int>(k)] = {{scene_.things[k].label, 1, 1}};
       }
     }
+    return meanings;
+  }
+
+  /// By what the things are, and that they are.
+  Field byClass(const Phrase& p) const {
     Field field;
-    for (const auto& [k, s] : share) {
-      if (s > 0) {
-        field.things.push_back(k);
-        field.log_p.push_back(std::log(s) + std::log(thing(k).existence));
+    for (auto& [k, meanings] : meaningsOf(p)) {
+      double share = 0;
+      for (const Meaning& m : meanings) {
+        share += m.fit * m.belief;
       }
+      field.things.push_back(k);
+      field.log_p.push_back(std::log(share) + std::log(thing(k).existence));
+      field.meanings.push_back(std::move(meanings));
     }
     return field;
   }
@@ -147,17 +165,27 @@ class Grounder {
   /// Which class a word means is settled by the word more than by what is said of the thing: that no backpack is near
   /// makes the bag that is near a backpack only so far. Where things are meant, a patch of stuff that touches
   /// everything around it gains nothing by that at all: "the tree next to the bin" is a trunk before it is a tile of
-  /// vegetation.
+  /// vegetation. `by_class`: the log-probabilities before anything was said.
   void settleClasses(const std::vector<double>& by_class, Field& field) const {
-    std::map<ClassId, std::vector<double>> said;
-    for (std::size_t i = 0; i < by_class.size(); ++i) {
-      said[thing(field.things[i]).label].push_back(field.log_p[i] - by_class[i]);
+    std::map<ClassId, std::vector<double>> said;  // of all that may be of the class
+    for (std::size_t i = 0; i < field.things.size(); ++i) {
+      for (const Meaning& m : field.meanings[i]) {
+        said[m.id].push_back(std::log(m.belief) + field.log_p[i] - by_class[i]);
+      }
+    }
+    std::map<ClassId, double> of_class;
+    for (const auto& [id, values] : said) {
+      of_class[id] = logSumExp(values);
     }
     const bool has_things = std::ranges::any_of(field.things, [&](int k) { return !thing(k).stuff; });
     for (std::size_t i = 0; i < field.things.size(); ++i) {
-      const SceneThing& candidate = thing(field.things[i]);
-      const double share = candidate.stuff && has_things ? 1 : kWordOverScene;
-      field.log_p[i] -= share * logSumExp(said[candidate.label]);
+      const double left_out = thing(field.things[i]).stuff && has_things ? 1 : kWordOverScene;
+      std::vector<double> before, settled;
+      for (const Meaning& m : field.meanings[i]) {
+        before.push_back(std::log(m.fit * m.belief));
+        settled.push_back(before.back() - left_out * of_class.at(m.id));
+      }
+      field.log_p[i] += logSumExp(settled) - logSumExp(before);
     }
   }
 

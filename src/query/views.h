@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -13,6 +14,12 @@ namespace hgg {
 struct Standpoint {
   double x = 0, y = 0, yaw = 0;  // m, rad; map frame where it comes from outside, else that of the scene
 };
+
+/// False where a place is none to stand at: it is not finite, or farther from the origin than cells have numbers for.
+inline bool isPlace(const Standpoint& p) {
+  constexpr double kFarthest = 1e6;  // m
+  return std::abs(p.x) <= kFarthest && std::abs(p.y) <= kFarthest && std::isfinite(p.yaw);
+}
 
 /// A way somebody may look, and how likely that is. Unit vectors in the plane of the map.
 struct Gaze {

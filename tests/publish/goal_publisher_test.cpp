@@ -107,7 +107,7 @@ TEST_F(GoalPublisherTest, AStartThatIsGivenCountsInsteadOfTheRobot) {
   query = queryOf("the car closest to me");
   query.start = {{kNaN, 0, 0, 0}};
   const GoalReply reply = answerTo(query);
-  EXPECT_EQ(reply.status, GoalStatus::kFailed);
+  EXPECT_EQ(reply.status, GoalStatus::kNotUnderstood);
   EXPECT_NE(reply.text.find("finite"), std::string::npos) << reply.text;
 }
 
@@ -161,10 +161,14 @@ TEST_F(GoalPublisherTest, ALostRobotHasNoWay) {
   drive(12);
   report_.tracking = Tracking::kLost;
   goals_.follow(report_);
-  const GoalReply reply = answerTo(queryOf("a car"));
+  const GoalQuery query = queryOf("a car");
+  const GoalReply reply = answerTo(query);
   EXPECT_FALSE(reply.answers.empty());
   EXPECT_EQ(reply.goal_kind, GoalKind::kNone);
   EXPECT_NE(reply.goal_reason.find("does not know where it is"), std::string::npos);
+  report_.tracking = Tracking::kHeld;
+  goals_.follow(report_);
+  EXPECT_NE(answerTo(query).goal_kind, GoalKind::kNone) << "asked again, now that it knows";
 }
 
 }  // namespace

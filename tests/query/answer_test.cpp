@@ -178,5 +178,29 @@ TEST(Answer, WhatWasHardlyEverTakenForAClassIsNotMeantByItsName) {
   EXPECT_EQ(answerText("the bench", scene, lexicon, std::nullopt, 5).status, AnswerStatus::kOk);
 }
 
+TEST(Answer, ManyThingsOfAClassDoNotLoseToOneThatWasSometimesTakenForIt) {
+  std::string objects = R"({"id":0,"label":2,"center":[0,0,1],"size":[0.3,0.3,1],"label_belief":{"2":0.8,"1":0.2}})";
+  for (int k = 1; k <= 50; ++k) {
+    objects += ",{\"id\":" + std::to_string(k) + ",\"label\":1,\"center\":[" + std::to_string(2 * k) +
+               ",0,0],\"size\":[2,2,0.1]}";
+  }
+  const Result<Map> map = importJson(R"({"classes":{"1":"floor","2":"lamp"},"objects":[)" + objects + "]}");
+  ASSERT_TRUE(map) << map.error;
+  const QueryScene scene = sceneOf(*map);
+  const Answer answer = answerText("the floor", scene, Lexicon(scene.class_names, {}), std::nullopt, 60);
+  ASSERT_GE(answer.things.size(), 50U);
+  EXPECT_EQ(answer.things.front().name, "floor");
+  EXPECT_EQ(answer.status, AnswerStatus::kAmbiguous) << "fifty floors";
+}
+
+TEST(Answer, AThingToldByWhatTheMapDoesNotHaveIsAGuessAndSaysSo) {
+  const Room room = Room().add("sofa", {0, 0, 0}, {2, 1, 1}).add("table", {4, 0, 0}, {1, 1, 1});
+  const Answer answer = room.ask("the sofa near the banana");
+  ASSERT_EQ(answer.things.size(), 1U);
+  EXPECT_EQ(answer.status, AnswerStatus::kAmbiguous);
+  EXPECT_NE(answer.reason.find("no \"banana\""), std::string::npos) << answer.reason;
+  EXPECT_LT(answer.things.front().probability, room.ask("the sofa near the table").things.front().probability);
+}
+
 }  // namespace
 }  // namespace hgg::answer_test
