@@ -72,6 +72,7 @@ const Row kRows[] = {
      "across from/opposite/opposite of|to|from/across the room from/directly across from/on the opposite side of/"
      "on the other side of/across/diagonal from|to"},
     {relation(Relation::kWith), "with/has/have/having/that has/contains/containing/which has/had/w"},
+    {{kRelation, static_cast<int>(Relation::kWith), -1}, "without"},
     {place(Placement::kLeft),
      "leftmost/left most/(the) far|furthest|farthest|most left/"
      "(furthest|farthest|most|all the way|closest|far) (on|to|at|towards|toward) the|your|its|my (very|far) left/"
@@ -102,7 +103,7 @@ const Row kRows[] = {
     {place(Placement::kCentre),
      "(in) the middle|center|centre of the room/middle|center|centre of room/in the middle of everything"},
     {place(Placement::kWall),
-     "(on|along|against|by) the wall/wall mounted/mounted on the wall/against a|the wall/on a wall/"
+     "on|along|against|by the wall/wall mounted/mounted on the wall/against a|the wall/on a wall/"
      "hung on the wall"},
     {place(Placement::kFloor),
      "on|at the floor|ground/on floor/lying|sitting|laying|standing on the floor|ground/floor level/"
@@ -136,11 +137,18 @@ const Row kRows[] = {
      "clear/dirty/clean/main/regular/normal/different/same/similar/upright/vertical/horizontal/folded/rolling/"
      "swivel/shaped/solid/single/l shaped/angled/tilted/transparent/hanging/standing/wheeled/visible/actual/"
      "entire/whole/half/parallel"},
-    {{kOrdinal, 1}, "first/1st"},
-    {{kOrdinal, 2}, "second/2nd"},
-    {{kOrdinal, 3}, "third/3rd"},
-    {{kOrdinal, 4}, "fourth/4th"},
-    {{kOrdinal, 5}, "fifth/5th"},
+    {{kOrdinal, 1}, "first"},
+    {{kOrdinal, 2}, "second"},
+    {{kOrdinal, 3}, "third"},
+    {{kOrdinal, 4}, "fourth"},
+    {{kOrdinal, 5}, "fifth"},
+    {{kOrdinal, 6}, "sixth"},
+    {{kOrdinal, 7}, "seventh"},
+    {{kOrdinal, 8}, "eighth"},
+    {{kOrdinal, 9}, "ninth"},
+    {{kOrdinal, 10}, "tenth"},
+    {{kOrdinal, 11}, "eleventh"},
+    {{kOrdinal, 12}, "twelfth"},
     {{kOrdinal, -1}, "last/final"},
     {{kOrdinal, -2}, "second to last/second last/next to last"},
     {{kNumber, 2}, "two/2/pair of/both/couple of/pair"},
@@ -194,7 +202,7 @@ const Row kRows[] = {
      "head to/correct"},
     {{kIs}, "is/are/was/be/am/being/were"},
     {{kOf}, "of/than"},
-    {{kNot}, "not/no/without/isn/never/nor/doesn/dont/don/except/excluding/instead/neither/rather than/isnt/nothing"},
+    {{kNot}, "not/no/isn/never/nor/doesn/dont/don/except/excluding/instead/neither/rather than/isnt/nothing"},
     {{kFiller},
      "to/for/from/please/there/just/very/most/more/only/right next/directly/immediately/slightly/so/as/if/when/"
      "while/can|could you/would/will/do/does/sitting/standing/lying/laying/resting/hanging/"
@@ -262,6 +270,17 @@ const Patterns& patterns() {
   return kPatterns;
 }
 
+/// The value of "1st", "22nd", "10th"; 0 where the word is no such thing.
+int ordinalInDigits(const std::string& word) {
+  constexpr std::size_t kMostDigits = 3;
+  const std::size_t digits = std::min(word.find_first_not_of("0123456789"), word.size());
+  const std::string ending = word.substr(digits);
+  if (digits == 0 || digits > kMostDigits || (ending != "st" && ending != "nd" && ending != "rd" && ending != "th")) {
+    return 0;
+  }
+  return std::stoi(word.substr(0, digits));
+}
+
 }  // namespace
 
 FoundCue cueAt(std::span<const std::string> words, std::size_t at, std::size_t most) {
@@ -274,11 +293,14 @@ FoundCue cueAt(std::span<const std::string> words, std::size_t at, std::size_t m
       found = {k - at + 1, it->second};
     }
   }
+  if (const int value = found.length == 0 && at < end ? ordinalInDigits(words[at]) : 0; value > 0) {
+    found = {1, {kOrdinal, value}};
+  }
   return found;
 }
 
 bool isPlainWord(const std::string& word) {
-  return !word.empty() && word != "," && word != "." && !patterns().cues.contains(word);
+  return !word.empty() && word != "," && word != "." && !patterns().cues.contains(word) && ordinalInDigits(word) == 0;
 }
 
 bool isRelationNoun(const std::string& word) {

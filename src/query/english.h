@@ -10,7 +10,7 @@ namespace hgg {
 
 /// The words of English that are no names of things: a table (english.cpp) and the search in it.
 enum class CueKind : std::uint8_t {
-  kRelation,  // "next to": value is a Relation
+  kRelation,  // "next to": value is a Relation; sign below 0: that it does not hold ("without")
   kPlace,     // "on the left": value is a Placement
   kMeasure,   // "tall": a Measure, sign, and whether it is a superlative
   kColour,    // text says which

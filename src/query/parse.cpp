@@ -25,14 +25,23 @@ double shareKnown(const std::vector<Piece>& pieces) {
   return all > 0 ? known / all : 0;
 }
 
+/// Whether there is something to find: "the object" alone is anything.
+bool namesATarget(const Request& reading) {
+  if (reading.target < 0) {
+    return false;
+  }
+  const Phrase& target = reading.phrases[static_cast<std::size_t>(reading.target)];
+  return !target.is_any || !target.constraints.empty();
+}
+
 }  // namespace
 
 Parse parseText(std::string_view text, const Lexicon& lexicon) {
   if (!isUtf8(text)) {
     return {{}, "the text is not UTF-8"};
   }
-  if (text.size() > kMaxTextBytes) {
-    return {{}, fmt::format("the text has {} bytes; a request has at most {}", text.size(), kMaxTextBytes)};
+  if (text.size() > kMostTextBytes) {
+    return {{}, fmt::format("the text has {} bytes; a request has at most {}", text.size(), kMostTextBytes)};
   }
   const std::vector<std::string> words = wordsOf(text);
   if (words.empty()) {
@@ -47,7 +56,7 @@ Parse parseText(std::string_view text, const Lexicon& lexicon) {
   for (unsigned choices = 0; choices < count; ++choices) {
     Request reading = SentenceReader(pieces, choices).read();
     count = 1U << static_cast<unsigned>(std::min(std::max(reading.choices, 0), kMostChoices));
-    if (reading.target >= 0) {
+    if (namesATarget(reading)) {
       parse.readings.push_back(std::move(reading));
     }
   }

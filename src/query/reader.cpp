@@ -137,10 +137,26 @@ void SentenceReader::becomeTarget(int phrase_index) {
 void SentenceReader::mention(int phrase_index) {
   if (!phrase(phrase_index).is_room && !phrase(phrase_index).is_robot) {
     Constraint c = relationOf(Relation::kNear, kMentionWeight);
-    c.anchors.push_back(phrase_index), c.is_negated = negates_clause_;
+    c.anchors.push_back(phrase_index);
+    c.is_negated = std::exchange(is_negated_, false) || negates_clause_;
     describe(request_.target, std::move(c));
     current_ = phrase_index;
   }
+}
+
+/// "not the chair": a thing that is not asked for. What follows is said of it, and nothing of the target.
+void SentenceReader::reject(Phrase noun) {
+  is_negated_ = false;
+  rejected_ = last_rejected_ = current_ = addPhrase(std::move(noun));
+}
+
+/// Whether the negation is that of the noun at hand: "not the window". "No window" tells what is missing, and "not
+/// blocking the window" denies what is done to it.
+bool SentenceReader::rejectsNoun() const {
+  const bool denies_other = std::any_of(pieces_.begin() + static_cast<std::ptrdiff_t>(not_at_),
+                                        pieces_.begin() + static_cast<std::ptrdiff_t>(at_),
+                                        [](const Piece& piece) { return piece.kind == Piece::Kind::kUnknown; });
+  return is_negated_ && !denies_other && pieces_[not_at_].words != "no";
 }
 
 /// What was said before the noun: its adjectives, its number, its place in a row.
@@ -238,12 +254,15 @@ void SentenceReader::takeNoun(Phrase noun) {
   }
   is_this_ = false;
   const int target = request_.target;
-  if (noun.is_room || noun.is_robot || (is_negated_ && predicate && !noun.is_any)) {
-    return;  // the last: "do not pick the curtain"
+  if (noun.is_room || noun.is_robot) {
+    return;
   }
-  if (target == kNobody) {
+  const bool again = target != kNobody && (noun.is_any || (sameKind(noun, phrase(target)) && !noun.is_other));
+  if (is_negated_ && !noun.is_any && (predicate || (!again && rejectsNoun()))) {
+    reject(std::move(noun));  // the first: "do not pick the curtain"
+  } else if (target == kNobody) {
     becomeTarget(addPhrase(std::move(noun)));
-  } else if (noun.is_any || (sameKind(noun, phrase(target)) && !noun.is_other)) {
+  } else if (again) {
     takeAgain(std::move(noun));
   } else {
     takeAnother(std::move(noun), predicate, first && determined);
@@ -260,6 +279,7 @@ void SentenceReader::takeBreak(bool is_stop) {
   is_negated_ = negates_clause_ = is_other_ = had_determiner_ = is_predicate_ = in_view_ = after_and_ = false;
   after_break_ = true;
   current_ = request_.target;
+  rejected_ = kNobody;
   if (is_stop) {
     last_relation_.reset();
   }
@@ -279,7 +299,7 @@ void SentenceReader::finish() {
         std::ranges::find_if(phrases, [](const Phrase& p) { return p.count > 1 && !p.classes.empty(); });
     const auto any = std::ranges::find_if(phrases, [](const Phrase& p) { return !p.is_room && !p.is_robot; });
     const auto chosen = counted != phrases.end() ? counted : any;
-    if (chosen != phrases.end()) {
+    if (chosen != phrases.end() && last_rejected_ == kNobody) {
       becomeTarget(static_cast<int>(chosen - phrases.begin()));
     }
   }
@@ -289,7 +309,9 @@ void SentenceReader::finish() {
   Phrase& target = phrase(request_.target);
   if (target.is_any) {  // "on the desk with three monitors, it is the one in the middle"
     const bool in_view = request_.view && request_.view->phrase >= 0;
-    const Phrase* model = in_view ? &phrase(request_.view->phrase) : nullptr;
+    const Phrase* model = in_view                     ? &phrase(request_.view->phrase)
+                          : last_rejected_ != kNobody ? &phrase(last_rejected_)  // "not the chair here, the one there"
+                                                      : nullptr;
     for (const Phrase& p : phrases) {
       model = p.count > 1 && !p.classes.empty() ? &p : model;
     }

@@ -42,6 +42,8 @@ class SentenceReader {
   void anchorAt(int anchor);
   void becomeTarget(int phrase_index);
   void mention(int phrase_index);
+  void reject(Phrase noun);
+  bool rejectsNoun() const;
   void describe(int owner, Constraint constraint);
   void flushAdjectives();
   void finish();
@@ -64,6 +66,9 @@ class SentenceReader {
   std::optional<Constraint> dangling_;  // "the closest chair", until "to the door" comes
   int dangling_owner_ = kNobody;
   std::optional<View::Kind> open_view_;
+  int rejected_ = kNobody;  // "not the chair": what is said next is said of it
+  int last_rejected_ = kNobody;
+  std::size_t not_at_ = 0;  // piece of the last "not"
   int count_ = 0, rank_ = 0;
   bool is_negated_ = false, negates_clause_ = false, after_break_ = true, after_and_ = false, is_other_ = false;
   bool had_determiner_ = false, is_this_ = false, is_predicate_ = false, in_view_ = false;

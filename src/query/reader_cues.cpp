@@ -1,6 +1,7 @@
 // What SentenceReader does with the words that name no thing.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "query/reader.h"
@@ -13,6 +14,8 @@ namespace {
 /// before it.
 constexpr double kOddsOfTarget = 0.5, kOddsOfTargetWhenTelling = 0.65, kOddsOfTargetWith = 0.3;
 
+constexpr int kBitsOfChoices = std::numeric_limits<unsigned>::digits;  // later ones go to the thing spoken of last
+
 constexpr bool isTelling(Relation r) { return r == Relation::kClosest || r == Relation::kFar; }
 
 }  // namespace
@@ -24,14 +27,18 @@ int SentenceReader::ownerOf(double odds_of_target) {
            : request_.target != kNobody && !in_view_           ? request_.target
                                                                : (after_break_ ? kNobody : current_);
   }
-  const bool of_target = ((choices_ >> request_.choices++) & 1U) != 0;
+  if (current_ == rejected_) {
+    return current_;
+  }
+  const bool of_target = request_.choices < kBitsOfChoices && ((choices_ >> request_.choices) & 1U) != 0;
+  ++request_.choices;
   request_.log_prior += std::log(of_target ? odds_of_target : 1 - odds_of_target);
   return of_target ? request_.target : current_;
 }
 
 void SentenceReader::takeRelation(Constraint constraint, bool needs_anchor) {
   flushAdjectives();
-  constraint.is_negated = is_negated_ || negates_clause_, is_negated_ = false;
+  constraint.is_negated = constraint.is_negated != (is_negated_ || negates_clause_), is_negated_ = false;
   if (isTelling(constraint.relation) && !needs_anchor && beginsNoun(at_ + 1)) {
     adjectives_.push_back(std::move(constraint));  // "the closest chair"
     return;
@@ -80,6 +87,12 @@ void SentenceReader::takePronoun() {
       });
       said.push_back(std::move(c));
     } else if (current_ != kNobody && current_ != open_owner_) {
+      if (open_owner_ != kNobody) {  // "the chair without a desk next to it"
+        const std::vector<Constraint>& said = phrase(open_owner_).constraints;
+        open_->is_negated = open_->is_negated || std::ranges::any_of(said, [&](const Constraint& old) {
+                              return old.is_negated && old.anchors == std::vector<int>{current_};
+                            });
+      }
       anchorAt(current_);
     } else if (request_.view && request_.view->phrase >= 0 && request_.view->phrase != open_owner_) {
       anchorAt(request_.view->phrase);  // "facing the copier, the table on the left of it"
@@ -124,7 +137,8 @@ void SentenceReader::takeAttribute(const Piece& piece) {
   c.kind = piece.cue.kind == CueKind::kMeasure ? Constraint::Kind::kMeasure : Constraint::Kind::kColour;
   c.measure = static_cast<Measure>(piece.cue.value), c.sign = piece.cue.sign;
   c.is_superlative = piece.cue.is_superlative, c.word = piece.words;
-  c.is_negated = std::exchange(is_negated_, false) || negates_clause_;
+  const bool of_noun = is_negated_ && pieceIs(not_at_ + 1, CueKind::kDeterminer);  // "not the red chair"
+  c.is_negated = (!of_noun && std::exchange(is_negated_, false)) || negates_clause_;
   adjectives_.push_back(std::move(c));
 }
 
@@ -144,9 +158,12 @@ void SentenceReader::takeWord(const Piece& piece) {
 void SentenceReader::takeCue(const Piece& piece) {
   const Cue& cue = piece.cue;
   switch (cue.kind) {
-    case CueKind::kRelation:
-      takeRelation(relationOf(static_cast<Relation>(cue.value)), piece.words.find(' ') != std::string::npos);
+    case CueKind::kRelation: {
+      Constraint c = relationOf(static_cast<Relation>(cue.value));
+      c.is_negated = cue.sign < 0;
+      takeRelation(std::move(c), piece.words.find(' ') != std::string::npos);
       break;
+    }
     case CueKind::kPlace: {
       Constraint c;
       c.kind = Constraint::Kind::kPlace, c.place = static_cast<Placement>(cue.value), c.word = piece.words;
@@ -190,7 +207,7 @@ void SentenceReader::takeSmallWord(const Piece& piece) {
       count_ = piece.cue.value;
       break;
     case CueKind::kNot:
-      is_negated_ = true;
+      is_negated_ = true, not_at_ = at_;
       break;
     case CueKind::kPronoun:
       takePronoun();
@@ -207,6 +224,9 @@ void SentenceReader::takeSmallWord(const Piece& piece) {
     case CueKind::kAnd:
       flushAdjectives();
       after_and_ = true;
+      if (rejected_ != kNobody && piece.words == "but") {  // "not the chair near the bed but the table"
+        rejected_ = kNobody, current_ = request_.target, last_relation_.reset();
+      }
       break;
     case CueKind::kPick:
       is_predicate_ = after_break_ = true;

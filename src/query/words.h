@@ -7,7 +7,7 @@
 namespace hgg {
 
 /// Longest text that is read: a request is a sentence or a few.
-inline constexpr std::size_t kMaxTextBytes = 2'000;
+inline constexpr std::size_t kMostTextBytes = 2'000;
 
 /// Whether the bytes are UTF-8.
 bool isUtf8(std::string_view text);

@@ -7,9 +7,9 @@
 namespace hgg::parse_test {
 namespace {
 
-const std::map<ClassId, std::string> kNames{{1, "chair"},     {2, "table"},  {3, "bed"},    {4, "lamp"},
-                                            {5, "door"},      {6, "window"}, {7, "pillow"}, {8, "monitor"},
-                                            {9, "trash can"}, {10, "tree"},  {11, "bench"}, {12, "desk"}};
+const std::map<ClassId, std::string> kNames{
+    {1, "chair"},   {2, "table"},     {3, "bed"},   {4, "lamp"},   {5, "door"},  {6, "window"}, {7, "pillow"},
+    {8, "monitor"}, {9, "trash can"}, {10, "tree"}, {11, "bench"}, {12, "desk"}, {13, "wall"}};
 
 /// The readings of a text, as `hggmap query` shows them.
 std::vector<std::string> readings(const std::string& text) {
@@ -87,6 +87,62 @@ TEST(Parse, ReadsWhereTheRobotIs) {
 TEST(Parse, ForgivesSpelling) {
   EXPECT_EQ(read("the pilow on the bed"), "pilow (on bed)");
   EXPECT_EQ(read("teh trashcan nxet to the windwo"), "trashcan (near windwo)");
+}
+
+TEST(Parse, TakesTheWallForAThingWhereNothingIsSaidToBeOnIt) {
+  EXPECT_EQ(read("the wall"), "wall");
+  EXPECT_EQ(read("go to the wall"), "wall");
+  EXPECT_EQ(read("the wall on the left"), "wall (left)");
+  EXPECT_EQ(read("the wall next to the door"), "wall (near door)");
+  EXPECT_EQ(read("the lamp on the wall"), "lamp (wall)");
+  EXPECT_EQ(read("the desk against the wall"), "desk (wall)");
+}
+
+TEST(Parse, DeniesWhatAThingIsWithout) {
+  EXPECT_EQ(read("the desk without a monitor"), "desk (not with monitor)");
+  EXPECT_EQ(read("a table without chairs"), "table (not with chairs)");
+  EXPECT_EQ(read("the desk with no monitor"), "desk (not with monitor)");
+  for (const std::string& reading : readings("the chair without a desk next to it")) {
+    EXPECT_NE(reading.find("not near desk"), std::string::npos) << reading;
+    EXPECT_EQ(reading.find("; near desk"), std::string::npos) << reading;
+  }
+}
+
+TEST(Parse, SeeksTheOtherThingWhereOneIsRejected) {
+  EXPECT_EQ(read("go to the door, not the window"), "door");
+  EXPECT_EQ(read("not the chair but the table"), "table");
+  EXPECT_EQ(read("not the red chair near the bed but the table"), "table");
+  EXPECT_EQ(read("go to the door, not the window next to the bed"), "door");
+  EXPECT_EQ(read("not the chair by the door, the one in the corner"), "chair (corner)");
+  EXPECT_EQ(read("not the chair"), "");
+}
+
+TEST(Parse, KeepsNegationsOfTheSameKindOfThing) {
+  EXPECT_EQ(read("the chair near the bed, not the chair near the door"), "chair (near bed; not near door)");
+  EXPECT_EQ(read("the chair that is not red"), "chair (not red)");
+}
+
+TEST(Parse, CountsPastTheFifth) {
+  EXPECT_EQ(read("the sixth chair from the left"), "chair (left #6)");
+  EXPECT_EQ(read("the twelfth chair from the left"), "chair (left #12)");
+  EXPECT_EQ(read("the 1st chair from the left"), "chair (left #1)");
+  EXPECT_EQ(read("the 10th chair from the left"), "chair (left #10)");
+  EXPECT_EQ(read("the 21st chair from the left"), "chair (left #21)");
+}
+
+TEST(Parse, ReadsAnyNumberOfRelations) {
+  std::string text;
+  for (int k = 0; k < 120; ++k) {
+    text += "chair near desk ";
+  }
+  EXPECT_EQ(readings(text).size(), 4U);  // of the choices past the bits of a word none is open
+}
+
+TEST(Parse, DoesNotUnderstandWhatMeansAnyThing) {
+  for (const std::string text : {"1", "7", "the object", "the thing", "go to the object", "the one"}) {
+    EXPECT_EQ(read(text), "") << text;
+  }
+  EXPECT_EQ(read("the object next to the door"), "object (near door)");
 }
 
 TEST(Parse, SaysWhyItUnderstandsNothing) {
