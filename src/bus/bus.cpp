@@ -1,13 +1,12 @@
 #include "bus/bus.h"
 
-#include <pthread.h>
-
 #include <algorithm>
-#include <csignal>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <utility>
+
+#include "core/signals.h"
 
 namespace hgg {
 namespace {
@@ -79,10 +78,7 @@ bool Bus::subscribe(const LcmConfig& lcm) {
 }
 
 void Bus::receive(const std::stop_token& stop) {
-  // Signals belong to the main thread; here they would only interrupt LCM's reads.
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  leaveSignalsToMainThread();
   while (!stop.stop_requested()) {
     // Fails when the provider is at its end (file://): nothing more to do then but not to spin.
     if (lcm_handle_timeout(lcm_.get(), kPoll_ms) < 0) {

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <csignal>
 #include <string>
 #include <utility>
+
+#include "core/signals.h"
 
 namespace hgg {
 namespace {
@@ -26,10 +27,7 @@ GoalPublisher::GoalPublisher(const Mapper& mapper, std::vector<Sink> sinks)
 GoalPublisher::~GoalPublisher() = default;
 
 void GoalPublisher::work(const std::stop_token& stop) {
-  // Signals belong to the main thread.
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  leaveSignalsToMainThread();
   answerer_.lexiconOf({});  // reads WordNet, so that the first who asks need not wait for that
   std::unique_lock lock(mutex_);
   while (wake_.wait(lock, stop, [this] { return !jobs_.empty(); }) && !stop.stop_requested()) {

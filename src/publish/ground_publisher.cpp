@@ -4,8 +4,9 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <csignal>
 #include <utility>
+
+#include "core/signals.h"
 
 namespace hgg {
 namespace {
@@ -40,10 +41,7 @@ GroundPublisher::GroundPublisher(const Mapper& mapper, std::vector<Sink> sinks)
 GroundPublisher::~GroundPublisher() = default;
 
 void GroundPublisher::work(const std::stop_token& stop) {
-  // Signals belong to the main thread.
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  leaveSignalsToMainThread();
   setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
   std::unique_lock lock(mutex_);
   while (wake_.wait(lock, stop, [this] { return job_.has_value(); })) {
