@@ -40,7 +40,7 @@ class GoalPublisher {
   using Requests = Desk<std::tuple<std::string, std::int64_t, std::string>, GoalReply>;
 
   void work(const std::stop_token& stop);
-  /// What is to be said at once; nothing where the thread will say it.
+  /// The reply that can be sent at once: from memory, or that there is no answer. Nothing where the thread will answer.
   std::optional<GoalReply> takeIn(const GoalQuery& query);
   void send(const GoalReply& reply);
 
@@ -54,7 +54,7 @@ class GoalPublisher {
   std::mutex mutex_;       // guards what follows
   std::condition_variable_any wake_;
   Requests desk_;
-  std::deque<Job> jobs_;  // those at work included
+  std::deque<Job> jobs_;  // the one at work is the first
   std::jthread thread_;   // last: joined before anything above goes
 };
 

@@ -44,7 +44,7 @@ struct Support {
   bool spans_hole = false;                                 // much of it lies deeper than a step below its top
   bool hides_drop = false;                                 // what was seen below it shows that ground ends here
   bool seen = true;                                        // false: filled in between what was seen
-  bool trodden = false;                                    // the robot's centre was over it
+  bool trodden = false;                                    // the middle of the robot's body was over it
 
   bool operator==(const Support&) const = default;
 };

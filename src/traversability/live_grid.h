@@ -12,9 +12,9 @@ namespace hgg {
 /// A grid that is kept while the map goes on and its window moves: as buildCostGrid makes it of the map and the window,
 /// but only columns in which a leaf changed are put together again, and only those judged anew whose verdict looked
 /// that far. What was in sight from where depends on all that lies between: it is found out again for columns that
-/// changed, and for the others in turn. With `turns` above 1 what changed is taken up in turns, too, and so are columns
-/// that come into the window; around the robot more often. So the grid is the same, byte for byte, once the
-/// map has rested for restsAfter() updates.
+/// changed, and for the others in turn. With `turns` above 1 an update takes up only a part of what changed, and of the
+/// columns that come into the window: the squares of the grid whose turn it is, those around the robot more often than
+/// others. So the grid is the same, byte for byte, once the map has rested for restsAfter() updates.
 class LiveGrid {
  public:
   static constexpr int kTurns = 16;   // of what was in sight, at least

@@ -72,7 +72,8 @@ double stepCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
 
 using Penalties = std::unordered_map<std::uint32_t, double>;  // of the surfaces that a way may end at, m
 
-/// A*, with ends beyond which no way is shorter than `to_go` says; empty when none can be reached.
+/// The way to the end that is cheapest with its penalty (A*); empty when none can be reached. `to_go`: of a surface, m,
+/// no more than what is left of the cheapest way from there; 0 everywhere makes it Dijkstra's search.
 template <typename ToGo>
 Way search(const Footholds& holds, std::uint32_t start, const Penalties& ends, const ToGo& to_go) {
   const GridShape& shape = holds.grid().shape;

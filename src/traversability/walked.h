@@ -11,7 +11,7 @@ namespace hgg {
 /// Where the robot has walked already: no better evidence that one can. Between keyframes it went straight.
 struct WalkedWay {
   std::vector<float> height;          // m, map frame, about where its feet were; one a cell, NaN where it was not
-  std::vector<std::uint8_t> is_core;  // of each cell: 1 where its centre was, to a cell
+  std::vector<std::uint8_t> is_core;  // of each cell: 1 where the middle of its body was over it
 
   bool isOn(std::int32_t cell) const { return !std::isnan(height[static_cast<std::size_t>(cell)]); }
 };
