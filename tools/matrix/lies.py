@@ -87,8 +87,9 @@ which the five sharpest turns leave the track by 6 degrees and 0.3 to 1 m and co
         return Table("kidnapping", "Carried to another place", f"""
 After 20 to 40 s the robot is carried for {CARRY_S:.0f} s to a place it has been at, 5 to 60 m away, without sensing. Back: the share that is within 0.3 m
 of the truth, and stays so, within {BACK_S:.0f} s of being put down, and the median of that time, by the poses as they were published. Wrong: drives that
-were more than 1 m off for more than {SAID_S:.0f} s while the status said aligned. Undisturbed: the same way with odometry that knows where it was carried.""",
-                     ["world", "odometry", "drives", *self.headed(["back", "after, s", "wrong", "F1"]), "F1, undisturbed"], rows, 2)
+were more than 1 m off for more than {SAID_S:.0f} s while the status said aligned. Told: the same way with odometry that knows where the robot was
+carried. After so long without sensing the mapper trusts neither odometry, so that this differs only where recognising fails.""",
+                     ["world", "odometry", "drives", *self.headed(["back", "after, s", "wrong", "F1"]), "F1, told"], rows, 2)
 
     # Faults at a time.
 
