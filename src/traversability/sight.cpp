@@ -11,7 +11,7 @@ namespace hgg {
 namespace {
 
 /// Two places nearer to each other than this see the same. m
-constexpr double kApart = 0.5;
+constexpr double kApart = 0.25;
 /// The sensor went straight between keyframes that are nearer to each other. m
 constexpr double kLongestStride = 3;
 /// Farther off, beams are so sparse that they tell little about what stands on the ground. m
