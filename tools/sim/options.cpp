@@ -39,6 +39,7 @@ void overrideLabels(LabelErrors& errors, const SimArguments& arguments, Segmente
   errors.bleed = arguments.bleed.value_or(errors.bleed);
   errors.confused = arguments.confusion.value_or(errors.confused);
   errors.missed = arguments.missed.value_or(errors.missed);
+  errors.common = arguments.confusion_common;
   // A rate on top of perfect labels takes its extent from good ones.
   const LabelErrors good = *labelPreset("good", what);
   if (errors.bleed_deg == 0) {

@@ -18,6 +18,7 @@ struct SimArguments {
   std::optional<int> cameras;               // of a rig; default 3
   std::string labels = "good";              // of labelPreset()
   std::optional<double> speckle, unknown, bleed, confusion, missed;  // override the preset
+  double confusion_common = 0;                                       // LabelErrors::common
   std::optional<double> range_noise, dropout;                        // override the sensor's
   std::optional<std::string> odometry;  // of odometryPreset(); default: the path's own, else good
   double odometry_dropout = 0, odometry_jumps = 0;
