@@ -65,6 +65,9 @@ json predictedObjects(const Evaluation& e) {
                {"state", match != nullptr ? "found"
                          : is_moving      ? "moving"
                                           : "ghost"}};
+    if (const auto ghost = std::ranges::find(e.ghosts, object.id, &Ghost::prediction); ghost != e.ghosts.end()) {
+      entry["cause"] = nameOf(ghost->cause);
+    }
     if (match != nullptr) {
       entry.update({{"truth", match->truth}, {"distance", match->distance}, {"extent_error", match->extent_error}});
     }
