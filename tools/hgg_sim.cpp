@@ -95,6 +95,8 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
   app.add_flag("--dynamics{1.0}", args.sim.dynamics,
                "people and cars move, things change between laps; =SHARE (0..1) of the most the world has")
       ->check(within(0.0, 1.0));
+  app.add_flag("--plates", args.sim.plates,
+               "street and campus: also small signs (0.35 m) on poles; all else stays as it is without");
   app.add_flag("--gait", args.sim.gait, "the body rolls and pitches as on legs");
   app.add_option("--threads", args.sim.options.threads, "they change the time it takes, nothing else")
       ->check(CLI::Range(1, 256))

@@ -13,6 +13,7 @@ struct SimArguments {
   std::string world;                        // a name of sceneNames(), or empty and:
   std::vector<std::string> path;            // files of true and odometry poses (KITTI, camera frame)
   double dynamics = 0;                      // 0..1
+  bool plates = false;                      // small signs on poles
   std::optional<std::uint64_t> noise_seed;  // of labels, ranges and odometry; default: the world's, options.seed
   std::string sensor = "lidar64";           // of sensorNames()
   std::optional<int> cameras;               // of a rig; default 3
