@@ -106,6 +106,27 @@ TEST(Ghosts, OnAnotherClassAreKnownByTheirLeavesAndTheCloud) {
   EXPECT_EQ(ghosts.at(5).of, 4);
 }
 
+TEST(Moving, IsCalledDynamicOrNotAndWhatStaysShouldNotBe) {
+  TruthObject seen = truthCar(1, Vec3(50, 0, 0)), missed = truthCar(2, Vec3(50, 20, 0)), brief = missed;
+  seen.dynamic = missed.dynamic = brief.dynamic = true;
+  seen.frames = missed.frames = kSeenFrames;
+  brief.id = 3, brief.frames = kSeenFrames - 1;
+  seen.track = {Vec3(0, 0, 0), Vec3(4, 0, 0)};
+  missed.track = brief.track = {Vec3(0, 20, 0), Vec3(4, 20, 0)};
+  std::vector<MappedObject> map{car(1, Vec3(3.8, 0.2, 0)), car(2, Vec3(0, 40, 0)), car(3, Vec3(0, 60, 0)),
+                                car(4, Vec3(1, 20, 0))};
+  map[0].dynamic = map[1].dynamic = map[2].dynamic = true;
+  const std::vector<TruthObject> truth{seen, missed, brief, truthCar(4, Vec3(0.1, 40, 0))};
+  const MovingScore score = scoreMoving(map, truth, kRadius);
+  EXPECT_EQ(score.truth, 2u);
+  EXPECT_EQ(score.said, 1u);
+  EXPECT_EQ(score.parked, std::vector<NodeId>{2});
+  EXPECT_EQ(score.elsewhere, std::vector<NodeId>{3});
+  const auto objects = evaluateObjects(map, truth, kRadius, {}).overall;
+  EXPECT_EQ(objects.ghosts, std::vector<NodeId>{4}) << "not those that are said to move";
+  EXPECT_EQ(objects.missed, std::vector<std::int64_t>{4}) << "the parked one has no node that stays";
+}
+
 TEST(Ghosts, OfAMapWithoutAnyAreNone) {
   EXPECT_TRUE(explained({car(1, Vec3::Zero())}, {truthCar(1, Vec3::Zero())}).empty());
 }

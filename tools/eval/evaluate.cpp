@@ -422,6 +422,7 @@ std::string explainObjects(const EvalOptions& options, Evaluation& evaluation) {
   const Scenery& scenery = evaluation.scenery;
   std::vector<MappedObject> asked = scenery.predictions;
   std::erase_if(asked, [&](const MappedObject& p) { return !evaluation.objects.classes.contains(p.label); });
+  evaluation.moving = scoreMoving(asked, scenery.truth, options.radius);
   evaluation.twins = findTwins(asked, scenery.truth, options.radius);
   std::vector<CloudPoint> cloud;
   const auto path = givenOr({}, options.truth / "cloud.ply");

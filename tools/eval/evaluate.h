@@ -76,6 +76,7 @@ struct Evaluation {
   ObjectEvaluation objects;
   std::vector<Ghost> ghosts;  // the overall ones, with their causes
   std::vector<Twins> twins;
+  MovingScore moving;
   std::optional<TrajectoryScore> trajectory;
   std::optional<Calibration> neighbours;  // how found objects lie to each other; needs the map itself
   std::optional<RecoveryScore> recovery;

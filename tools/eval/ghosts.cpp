@@ -207,7 +207,7 @@ std::vector<Twins> findTwins(std::span<const MappedObject> predictions, std::spa
   for (const MappedObject& a : predictions) {
     for (const MappedObject& b : predictions) {
       const double apart = (a.belief.mean - b.belief.mean).norm();
-      if (a.stuff || b.stuff || a.id >= b.id || a.label != b.label || apart > kTwinReach) {
+      if (a.stuff || b.stuff || a.dynamic || b.dynamic || a.id >= b.id || a.label != b.label || apart > kTwinReach) {
         continue;
       }
       const TruthObject *of_a = nearestOfClass(a, truth, radius), *of_b = nearestOfClass(b, truth, radius);
@@ -218,6 +218,32 @@ std::vector<Twins> findTwins(std::span<const MappedObject> predictions, std::spa
   }
   std::ranges::sort(twins, {}, [](const Twins& t) { return std::pair(t.a, t.b); });
   return twins;
+}
+
+MovingScore scoreMoving(std::span<const MappedObject> predictions, std::span<const TruthObject> truth, double radius) {
+  MovingScore score;
+  std::set<std::int64_t> said;
+  const Surfaces none({}, kSurfaceShare * radius);
+  for (const MappedObject& p : predictions) {
+    const Judge judge{truth, none, radius};
+    const auto is_same = [&](const TruthObject& t) { return t.label == p.label; };
+    if (!p.dynamic || p.stuff) {
+      continue;
+    }
+    if (const std::int64_t id = judge.moverAt(p.belief.mean, is_same)) {
+      said.insert(id);
+    } else {
+      const bool is_parked =
+          judge.thingAt(p.belief.mean, [&](const TruthObject& t) { return is_same(t) && !t.dynamic; }) != 0;
+      (is_parked ? score.parked : score.elsewhere).push_back(p.id);
+    }
+  }
+  for (const TruthObject& object : truth) {
+    const bool counts = object.dynamic && object.frames >= kSeenFrames;
+    score.truth += counts ? 1 : 0;
+    score.said += counts && said.contains(object.id) ? 1 : 0;
+  }
+  return score;
 }
 
 std::vector<Ghost> explainGhosts(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,

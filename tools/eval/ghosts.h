@@ -17,8 +17,8 @@ enum class GhostCause : std::uint8_t {
   kSurface,  // on a surface of another class: a thing, stuff
   kNothing   // none of these: noise
 };
-inline constexpr std::array kGhostCauses{GhostCause::kSecond, GhostCause::kMover, GhostCause::kGone, GhostCause::kSurface,
-                                  GhostCause::kNothing};
+inline constexpr std::array kGhostCauses{GhostCause::kSecond, GhostCause::kMover, GhostCause::kGone,
+                                         GhostCause::kSurface, GhostCause::kNothing};
 /// "second", "mover", "gone", "surface", "nothing".
 std::string nameOf(GhostCause cause);
 
@@ -41,6 +41,16 @@ constexpr double kTwinReach = 0.5;
 /// object of that class, within `radius`, is the same. By ascending ids.
 std::vector<Twins> findTwins(std::span<const MappedObject> predictions, std::span<const TruthObject> truth,
                              double radius);
+
+/// What the map calls dynamic beside what moves.
+struct MovingScore {
+  std::size_t truth = 0;          // true objects that move and were seen in at least kSeenFrames
+  std::size_t said = 0;           // of them, those with a dynamic prediction of their class on their track
+  std::vector<NodeId> parked;     // dynamic predictions that are a true thing of their class that stays
+  std::vector<NodeId> elsewhere;  // and those that are neither
+};
+constexpr std::int64_t kSeenFrames = 10;
+MovingScore scoreMoving(std::span<const MappedObject> predictions, std::span<const TruthObject> truth, double radius);
 
 /// The cause of each ghost of the evaluation, by the first of these that holds: it lies on a true thing of its class
 /// that stays; on the track of something of its class that moves; on a thing of its class that is gone; most of its

@@ -83,7 +83,13 @@ std::string formatGhosts(const Evaluation& evaluation) {
     }
     text += evaluation.twins.size() > kShown ? " ...\n" : "\n";
   }
-  return text;
+  const MovingScore& m = evaluation.moving;
+  return m.truth + m.parked.size() + m.elsewhere.size() == 0
+             ? text
+             : text + format(
+                          "moving: %zu of %zu seen in %lld frames or more are called dynamic; so are %zu that stay and "
+                          "%zu at nothing that moves\n",
+                          m.said, m.truth, static_cast<long long>(kSeenFrames), m.parked.size(), m.elsewhere.size());
 }
 
 std::string formatCalibration(const char* name, const Calibration& c, const char* what) {
@@ -260,6 +266,10 @@ json toJson(const std::vector<Twins>& twins) {
   return list;
 }
 
+json toJson(const MovingScore& m) {
+  return {{"truth", m.truth}, {"said", m.said}, {"parked", m.parked}, {"elsewhere", m.elsewhere}};
+}
+
 json toJson(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"max", s.max}}; }
 
 json toJson(const Calibration& c) {
@@ -424,6 +434,7 @@ json toJson(const Evaluation& evaluation) {
           {"dynamic", toJson(evaluation.objects.dynamic)},
           {"ghosts", causesOf(evaluation.ghosts)},
           {"twins", toJson(evaluation.twins)},
+          {"moving", toJson(evaluation.moving)},
           {"trajectory", toJson(evaluation.trajectory)},
           {"positions",
            {{"from_start", toJson(evaluation.objects.overall.calibration())},
