@@ -470,6 +470,32 @@ class Command(unittest.TestCase):
         self.assertLess(out.index("| street |"), out.index("| apartment |"))
         self.assertEqual(self.count("map"), 10)
 
+    def test_things_are_seen_under_other_common_names(self):
+        overall = {**SCORES["overall"], "twins": 3, "ghost_causes": {"second": 2, "mover": 1, "gone": 0, "surface": 4, "nothing": 0}}
+        sign = {"name": "traffic-sign", "truth": 4, "recall": 0.75, "missed": [5], "ghosts": [], "matches": []}
+        scores = {**SCORES, "overall": overall, "classes": [sign, {**sign, "name": "car"}], "twins": [{"ids": [1, 2]}], "ghosts": [{"id": 7}]}
+        self.program("hgg-eval", EVAL.replace("SCORES", json.dumps(scores)))
+        self.program("hgg-sim", SIM.replace("  yard", "  passes\\n  yard").replace("  lidar64 beams", "  lidar64 beams\\n  solid64 beams"))
+        code, out, errors = self.run_it("--only", "things", "--seeds", "1", "--worlds", "street,passes,office")
+        self.assertEqual(code, 0, errors)
+        row = "0.500 ± 0.000 | 1.000 ± 0.000 | 0.400 ± 0.000 | 0.250 ± 0.000 | 0.75 ± 0.00 | 3.0 ± 0.0 | 1.0 ± 0.0 | 2.0 ± 0.0 | 1.0 ± 0.0 | 0.0 ± 0.0 | 4.0 ± 0.0 | 0.0 ± 0.0 |"
+        for words in ("street | lidar64 | 5% | good", "passes | lidar64 | 10% | poor", "office | solid64 | 10% | good"):
+            self.assertIn(f"| {words} | 4 ± 0 | {row}", out)
+        drives = [line for line in self.calls.read_text().splitlines() if line.startswith("sim")]
+        self.assertEqual(len(drives), 3 * 2 * 5)  # worlds, shares, seeds; odometry shares a log
+        self.assertTrue(all("--dynamics --confusion 0 --confusion-common 0." in line for line in drives), drives[0])
+        self.assertTrue(all(("--plates" in line) == (" street " in line) for line in drives))
+
+    def test_a_map_without_signs_has_no_recall_of_them(self):
+        code, out, errors = self.run_it("--only", "things", "--seeds", "1", "--worlds", "office", "--odometry", "good")
+        self.assertEqual(code, 0, errors)
+        self.assertIn("| office | solid64 | 5% | good | 4 ± 0 | 0.500 ± 0.000 | 1.000 ± 0.000 | 0.400 ± 0.000 | 0.250 ± 0.000 | not yet |", out)
+
+    def test_worlds_for_one_table_are_in_no_other(self):
+        self.program("hgg-sim", SIM.replace("  yard", "  passes\\n  yard"))
+        self.run_it("--only", "objects", "--seeds", "1", "--odometry", "good")
+        self.assertNotIn("sim passes", self.calls.read_text())
+
     def real_paths(self):
         folder = self.dir / "data" / "kitti_trajectories"
         folder.mkdir(parents=True)

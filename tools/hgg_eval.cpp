@@ -17,6 +17,10 @@ Objects: each (map object, true object) pair of the same class within the radius
 first, each object at most once. Matched = found, true objects left = missed, map objects left = ghosts. Only things
 count, and a class with true objects is one of things whatever the map says; true objects that move or are taken away
 are left out, and a map object that matches one of them is set aside: neither found nor a ghost.
+Ghosts are told by what they come from: a second node or a piece of a thing that is found; left by something that moves (on
+its track); of a thing that was taken away; on a surface of another class (by cloud.ply); or at nothing. Twins are pairs of
+map objects of one class within 0.5 m whose nearest true object is the same. Map objects that are called dynamic are neither
+found nor ghosts; told is how many of what moves is, and how many of what stays.
 Calibration: normalised squared errors under the published covariances, of matches only, so none is farther off than
 the radius: what is lost is not in it. Mean sigma (m) says how sharp the beliefs are; honest ones can be vague. Errors are
 taken in the frame of the map's first pose, which the published covariance speaks of, not after the best fit. Neighbours:

@@ -95,6 +95,8 @@ void addWorldOptions(CLI::App& app, Arguments& args) {
   app.add_flag("--dynamics{1.0}", args.sim.dynamics,
                "people and cars move, things change between laps; =SHARE (0..1) of the most the world has")
       ->check(within(0.0, 1.0));
+  app.add_flag("--plates", args.sim.plates,
+               "street and campus: also small signs (0.35 m) on poles; all else stays as it is without");
   app.add_flag("--gait", args.sim.gait, "the body rolls and pitches as on legs");
   app.add_option("--threads", args.sim.options.threads, "they change the time it takes, nothing else")
       ->check(CLI::Range(1, 256))
@@ -123,6 +125,12 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
   app.add_option("--unknown", sim.unknown, "share of points without a class [of --labels]")->check(share);
   app.add_option("--bleed", sim.bleed, "share of border points with the neighbour's class [of --labels]")->check(share);
   app.add_option("--confusion", sim.confusion, "share of objects a frame of another class [of --labels]")->check(share);
+  app.add_option(
+         "--confusion-common", sim.confusion_common,
+         "share of things, and of stretches of stuff, a frame that are taken for another common class of things, "
+         "for 5 to 20 frames: things as a whole, of stuff a patch of 1 to 3 m")
+      ->check(share)
+      ->capture_default_str();
   app.add_option("--missed", sim.missed, "share of objects a frame without a class [of --labels]")->check(share);
   app.add_flag("--walk-grid,!--no-walk-grid", sim.options.walk_grid, "write the truth of where one can walk [on]");
   app.add_flag("--instances", sim.options.instances, "object ids on the points of things");

@@ -179,11 +179,22 @@ TEST(ReadMapObjects, ReadsWhatTheMapperSaves) {
   EXPECT_FALSE(readMapObjects(scratch / "missing.hgg"));
 }
 
+TEST(TruthAccumulator, KeepsTheMiddleOfTheFramesPoints) {
+  TruthAccumulator truth;
+  truth.add(1, 10, 3, Vec3(0, 0, 0));
+  truth.add(1, 10, 3, Vec3(2, 0, 1));
+  truth.add(1, 10, 7, Vec3(5, 5, 5));
+  const auto objects = truth.objects();
+  ASSERT_EQ(objects.size(), 1u);
+  EXPECT_EQ(objects[0].track, (std::vector<Vec3>{Vec3(1, 0, 0.5), Vec3(5, 5, 5)}));
+}
+
 TEST(ReadTruth, ComesBackAsWritten) {
   const Scratch scratch;
   auto objects = oneCar(Vec3(0.1, 1e-9, -3.25));
   objects.push_back({7, 80, true, false, 1, {Vec3(1, 1, 1), 0.5 * Mat3::Identity(), 3}});
   objects[0].belief.cov(0, 1) = objects[0].belief.cov(1, 0) = 1.0 / 3.0;
+  objects[0].track = objects[1].track = {Vec3(1, 0, 0), Vec3(1.5, -2, 0.25)};
   ASSERT_EQ(writeTruth(objects, {Pose::Identity()}, scratch / "truth"), "");
   const auto read = readTruthObjects(scratch / "truth/gt_objects.json");
   ASSERT_TRUE(read) << read.error;
@@ -192,6 +203,8 @@ TEST(ReadTruth, ComesBackAsWritten) {
   EXPECT_EQ((*read)[0].belief.cov, objects[0].belief.cov);
   EXPECT_EQ((*read)[1].belief.kappa, 3.0);
   EXPECT_TRUE((*read)[1].dynamic);
+  EXPECT_TRUE((*read)[0].track.empty()) << "it stays";
+  EXPECT_EQ((*read)[1].track, objects[1].track);
   writeText(scratch / "truth/gt_objects.json", "[{\"id\":1}]");
   EXPECT_FALSE(readTruthObjects(scratch / "truth/gt_objects.json"));
 }

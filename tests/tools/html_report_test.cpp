@@ -24,6 +24,8 @@ Evaluation smallEvaluation() {
   e.scenery.truth = {truthAt(1, Vec3(0, 0, 0)), truthAt(2, Vec3(9, 0, 0)), truthAt(3, Vec3(20, 0, 0), true)};
   e.scenery.predictions = {predictionAt(11, Vec3(0.1, 0, 0)), predictionAt(12, Vec3(5, 5, 0))};
   e.objects = evaluateObjects(e.scenery.predictions, e.scenery.truth, e.radius, {});
+  e.ghosts = {{12, GhostCause::kMover, 3}};
+  e.twins = {{11, 12, 1, 0.25}};
   Path path;
   for (int i = 0; i < 5000; ++i) {
     PosePair pair;
@@ -82,6 +84,11 @@ TEST(HtmlReport, ObjectsCarryWhatBecameOfThem) {
   EXPECT_EQ(find(scenery["predictions"], 11)["state"], "found");
   EXPECT_EQ(find(scenery["predictions"], 11)["truth"], 1);
   EXPECT_EQ(find(scenery["predictions"], 12)["state"], "ghost");
+  EXPECT_EQ(find(scenery["predictions"], 12)["cause"], "mover");
+  EXPECT_EQ(data["overall"]["ghost_causes"]["mover"], 1);
+  EXPECT_EQ(data["overall"]["ghost_causes"]["second"], 0);
+  EXPECT_EQ(data["overall"]["twins"], 1);
+  EXPECT_EQ(data["twins"][0]["ids"], nlohmann::json::parse("[11,12]"));
   EXPECT_EQ(data["overall"]["missed"], nlohmann::json::parse("[2]"));
   EXPECT_EQ(data["cost"]["map_mb"], 1.5);
 }

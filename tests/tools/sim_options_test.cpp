@@ -59,6 +59,24 @@ TEST(SimOptions, ARateOverridesItsPresetAlone) {
   EXPECT_EQ(options.sensors.lidar->errors.dropout, 0.3);
 }
 
+TEST(SimOptions, CommonConfusionIsBesideThatOfThePreset) {
+  SimArguments arguments = yard();
+  EXPECT_EQ(optionsOf(arguments).cloud_labels.common, 0.0);
+  arguments.confusion_common = 0.1;
+  const SimOptions options = optionsOf(arguments);
+  EXPECT_EQ(options.cloud_labels.common, 0.1);
+  EXPECT_EQ(options.image_labels.common, 0.1);
+  EXPECT_EQ(options.cloud_labels.confused, labelPreset("good", Segmented::kCloud)->confused);
+}
+
+TEST(SimOptions, PlatesAreForWorldsThatCanHaveThem) {
+  SimArguments arguments = yard();
+  arguments.plates = true;
+  EXPECT_FALSE(simOptions(arguments, makeYard(1)));
+  arguments.world = "street";
+  EXPECT_TRUE(simOptions(arguments, makeYard(1)));
+}
+
 TEST(SimOptions, ARateOnPerfectLabelsHasAnExtent) {
   SimArguments arguments = yard();
   arguments.labels = "perfect";

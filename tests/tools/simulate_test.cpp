@@ -145,6 +145,33 @@ TEST(Simulate, TruthRecomputedFromTheLogEqualsTheTruthFile) {
                    [&](std::size_t frame, std::size_t) { return (*poses)[frame]; });
 }
 
+TEST(Simulate, CommonConfusionIsInTheLabelsAndNotInTheTruth) {
+  const Scratch scratch;
+  SimOptions options = smallDrive();
+  options.cloud_labels = {};
+  const Scene scene = makeYard(5);
+  const auto clear = simulate(scene, options, scratch / "clear", kQuiet);
+  options.cloud_labels.common = 0.3;
+  const auto confused = simulate(scene, options, scratch / "confused", kQuiet);
+  options.threads = 3;
+  ASSERT_TRUE(simulate(scene, options, scratch / "again", kQuiet));
+  ASSERT_TRUE(clear && confused);
+  EXPECT_TRUE(readText(scratch / "confused") == readText(scratch / "again")) << "whatever the threads";
+  ASSERT_EQ(clear->objects.size(), confused->objects.size());
+  for (std::size_t i = 0; i < clear->objects.size(); ++i) {
+    EXPECT_EQ(clear->objects[i].belief.mean, confused->objects[i].belief.mean);
+  }
+  const auto a = semanticClouds(scratch / "clear"), b = semanticClouds(scratch / "confused");
+  std::size_t wrong = 0, points = 0;
+  for (std::size_t f = 0; f < a.size(); ++f) {
+    for (std::size_t i = 0; i < a[f].points.size(); ++i, ++points) {
+      wrong += a[f].points[i].label != b[f].points[i].label ? 1 : 0;
+    }
+  }
+  EXPECT_GT(wrong, points / 100);
+  EXPECT_LT(wrong, points / 2);
+}
+
 TEST(Simulate, TruthOfADepthCameraIsThatOfItsLog) {
   const Scratch scratch;
   SimOptions options = smallRgbd();

@@ -417,13 +417,33 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   return "";
 }
 
+/// Looks for twins and for what ghosts come from; an error line, empty when done.
+std::string explainObjects(const EvalOptions& options, Evaluation& evaluation) {
+  const Scenery& scenery = evaluation.scenery;
+  std::vector<MappedObject> asked = scenery.predictions;
+  std::erase_if(asked, [&](const MappedObject& p) { return !evaluation.objects.classes.contains(p.label); });
+  evaluation.moving = scoreMoving(asked, scenery.truth, options.radius);
+  evaluation.twins = findTwins(asked, scenery.truth, options.radius);
+  std::vector<CloudPoint> cloud;
+  const auto path = givenOr({}, options.truth / "cloud.ply");
+  if (!path.empty() && !evaluation.objects.overall.ghosts.empty()) {
+    auto read = readCloud(path);
+    if (!read) {
+      return read.error;
+    }
+    cloud = std::move(*read);
+  }
+  evaluation.ghosts = explainGhosts(scenery.predictions, scenery.truth, evaluation.objects, cloud, options.radius);
+  return "";
+}
+
 }  // namespace
 
 Result<Evaluation> evaluate(const EvalOptions& options) {
   Evaluation evaluation;
   evaluation.radius = options.radius;
-  for (auto* step :
-       {scorePaths, scoreObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun, scoreGrid, handlePlans}) {
+  for (auto* step : {scorePaths, scoreObjects, explainObjects, scoreGeometry, scoreAnswers, readCost, scoreLoopsOfRun,
+                     scoreGrid, handlePlans}) {
     if (const std::string error = step(options, evaluation); !error.empty()) {
       return Result<Evaluation>::fail(error);
     }

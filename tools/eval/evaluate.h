@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "eval/geometry.h"
+#include "eval/ghosts.h"
 #include "eval/loops.h"
 #include "eval/objects.h"
 #include "eval/plans.h"
@@ -73,6 +74,9 @@ struct Evaluation {
   double radius = 0;
   std::map<ClassId, std::string> class_names;
   ObjectEvaluation objects;
+  std::vector<Ghost> ghosts;  // the overall ones, with their causes
+  std::vector<Twins> twins;
+  MovingScore moving;
   std::optional<TrajectoryScore> trajectory;
   std::optional<Calibration> neighbours;  // how found objects lie to each other; needs the map itself
   std::optional<RecoveryScore> recovery;

@@ -92,6 +92,7 @@ Result<MappedObject> predictionOf(const json& entry) {
   object.id = id.get<NodeId>();
   object.label = label.get<ClassId>();
   object.stuff = entry.value("stuff", false);
+  object.dynamic = entry.value("dynamic", false);
   object.belief = beliefOf(entry);
   object.position_cov =
       entry.contains("position_cov") ? matrixOf(entry["position_cov"]) : covarianceOfIndependentPoints(object.belief);

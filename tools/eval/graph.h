@@ -20,6 +20,7 @@ struct MappedObject {
   Belief belief;
   Mat3 position_cov = Mat3::Zero();   // published covariance of the mean in the map, m^2
   std::vector<Belief> geometry = {};  // leaves, map frame
+  bool dynamic = false;               // the map says that it moves
 };
 
 struct PredictedGraph {

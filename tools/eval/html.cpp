@@ -62,9 +62,12 @@ json predictedObjects(const Evaluation& e) {
                {"mean", point(object.belief.mean)},
                {"cov", horizontal(object.belief.cov)},
                {"kappa", object.belief.kappa},
-               {"state", match != nullptr ? "found"
-                         : is_moving      ? "moving"
-                                          : "ghost"}};
+               {"state", match != nullptr              ? "found"
+                         : is_moving || object.dynamic ? "moving"
+                                                       : "ghost"}};
+    if (const auto ghost = std::ranges::find(e.ghosts, object.id, &Ghost::prediction); ghost != e.ghosts.end()) {
+      entry["cause"] = nameOf(ghost->cause);
+    }
     if (match != nullptr) {
       entry.update({{"truth", match->truth}, {"distance", match->distance}, {"extent_error", match->extent_error}});
     }

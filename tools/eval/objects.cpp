@@ -99,7 +99,7 @@ std::map<ClassId, ClassMembers> byClass(std::span<const MappedObject> prediction
   const auto wanted = [&](ClassId label) { return only.empty() || only.contains(label); };
   std::map<ClassId, ClassMembers> classes;
   for (const MappedObject& prediction : predictions) {
-    if (!prediction.stuff && wanted(prediction.label)) {
+    if (!prediction.stuff && !prediction.dynamic && wanted(prediction.label)) {
       classes[prediction.label].predictions.push_back(prediction);
     }
   }

@@ -62,7 +62,8 @@ struct ObjectEvaluation {
 /// closest first, each prediction and each true object at most once; ties go to the smaller ids. Dynamic true objects
 /// have no single true position, and those taken away may be in a map or not: they do not count for recall, and a
 /// prediction that is left over after the static ones are matched, and matches a dynamic one by the same rule, is
-/// neither true nor false. Only classes in `only` are looked at; empty: all.
+/// neither true nor false; nor is one that the map calls dynamic (see scoreMoving()). Only classes in `only` are looked
+/// at; empty: all.
 ///
 /// Predictions are matched where they lie. What the map says of how well it knows them is said of its own frame, that
 /// of its first keyframe: `T_beliefs` moves them to where they lie when that frame is laid on its true place.

@@ -1,5 +1,6 @@
 #include "eval/report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -41,6 +42,54 @@ std::string formatObjects(const Evaluation& evaluation) {
   return evaluation.objects.dynamic.empty() ? text
                                             : text + format("%zu predictions of moving or removed objects set aside\n",
                                                             evaluation.objects.dynamic.size());
+}
+
+std::size_t countOf(const Evaluation& evaluation, GhostCause cause) {
+  return static_cast<std::size_t>(std::ranges::count(evaluation.ghosts, cause, &Ghost::cause));
+}
+
+/// In words, for the table.
+std::string wordsOf(GhostCause cause) {
+  switch (cause) {
+    case GhostCause::kSecond:
+      return "second nodes or pieces of a thing that is found";
+    case GhostCause::kMover:
+      return "left by something that moves";
+    case GhostCause::kGone:
+      return "of a thing that was taken away";
+    case GhostCause::kSurface:
+      return "on a surface of another class";
+    case GhostCause::kNothing:
+      break;
+  }
+  return "at nothing";
+}
+
+std::string formatGhosts(const Evaluation& evaluation) {
+  std::string text = evaluation.ghosts.empty() ? "" : "ghosts:";
+  for (const GhostCause cause : kGhostCauses) {
+    const std::size_t count = countOf(evaluation, cause);
+    text += count == 0 ? "" : format("%s %zu %s", text == "ghosts:" ? "" : ",", count, wordsOf(cause).c_str());
+  }
+  text += text.empty() ? "" : "\n";
+  if (!evaluation.twins.empty()) {
+    text +=
+        format("twins: %zu pairs of one class within %g m are one true thing:", evaluation.twins.size(), kTwinReach);
+    constexpr std::size_t kShown = 10;
+    for (std::size_t i = 0; i < std::min(kShown, evaluation.twins.size()); ++i) {
+      text += format(" %lld and %lld", static_cast<long long>(evaluation.twins[i].a),
+                     static_cast<long long>(evaluation.twins[i].b)) +
+              (i + 1 < evaluation.twins.size() ? "," : "");
+    }
+    text += evaluation.twins.size() > kShown ? " ...\n" : "\n";
+  }
+  const MovingScore& m = evaluation.moving;
+  return m.truth + m.parked.size() + m.elsewhere.size() == 0
+             ? text
+             : text + format(
+                          "moving: %zu of %zu seen in %lld frames or more are called dynamic; so are %zu that stay and "
+                          "%zu at nothing that moves\n",
+                          m.said, m.truth, static_cast<long long>(kSeenFrames), m.parked.size(), m.elsewhere.size());
 }
 
 std::string formatCalibration(const char* name, const Calibration& c, const char* what) {
@@ -201,6 +250,26 @@ json toJson(const std::vector<ObjectMatch>& matches) {
   return list;
 }
 
+json causesOf(const std::vector<Ghost>& ghosts) {
+  json list = json::array();
+  for (const Ghost& g : ghosts) {
+    list.push_back({{"id", g.prediction}, {"cause", nameOf(g.cause)}, {"of", g.of == 0 ? json() : json(g.of)}});
+  }
+  return list;
+}
+
+json toJson(const std::vector<Twins>& twins) {
+  json list = json::array();
+  for (const Twins& t : twins) {
+    list.push_back({{"ids", {t.a, t.b}}, {"truth", t.truth}, {"distance", t.distance}});
+  }
+  return list;
+}
+
+json toJson(const MovingScore& m) {
+  return {{"truth", m.truth}, {"said", m.said}, {"parked", m.parked}, {"elsewhere", m.elsewhere}};
+}
+
 json toJson(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"max", s.max}}; }
 
 json toJson(const Calibration& c) {
@@ -337,7 +406,7 @@ std::string className(const Evaluation& evaluation, ClassId label) {
 }
 
 std::string formatTable(const Evaluation& evaluation) {
-  return formatObjects(evaluation) +
+  return formatObjects(evaluation) + formatGhosts(evaluation) +
          formatCalibration("calibration", evaluation.objects.overall.calibration(), "objects") +
          (evaluation.neighbours ? formatCalibration("neighbours", *evaluation.neighbours, "pairs") : "") +
          formatTrajectories(evaluation) + formatRecovery(evaluation) + formatGeometry(evaluation) +
@@ -355,10 +424,17 @@ json toJson(const Evaluation& evaluation) {
   }
   json overall = toJson(evaluation.objects.overall);
   overall["set_aside"] = evaluation.objects.dynamic.size();
+  overall["twins"] = evaluation.twins.size();
+  for (const GhostCause cause : kGhostCauses) {
+    overall["ghost_causes"][nameOf(cause)] = countOf(evaluation, cause);
+  }
   return {{"radius", evaluation.radius},
           {"classes", std::move(classes)},
           {"overall", std::move(overall)},
           {"dynamic", toJson(evaluation.objects.dynamic)},
+          {"ghosts", causesOf(evaluation.ghosts)},
+          {"twins", toJson(evaluation.twins)},
+          {"moving", toJson(evaluation.moving)},
           {"trajectory", toJson(evaluation.trajectory)},
           {"positions",
            {{"from_start", toJson(evaluation.objects.overall.calibration())},

@@ -58,7 +58,7 @@ def parse(argv):
     parser.add_argument("--build", type=Path, default=REPO / "build", help="folder of the programs")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "evaluation", help="folder of logs, maps and results")
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("HGG_DATA", REPO.parent / "shared" / "data")), help="folder of the real data")
-    parser.add_argument("--worlds", type=names, help="default: all but the toy; table 'sensors': " + " and ".join(SENSOR_WORLDS) +
+    parser.add_argument("--worlds", type=names, help="default: all but the toy and passes, which is for the table 'things'; table 'sensors': " + " and ".join(SENSOR_WORLDS) +
                         "; table 'traversability' also " + ", ".join(GROUNDS))
     parser.add_argument("--sensors", type=names, help="default: all")
     parser.add_argument("--odometry", type=names, default=ODOMETRY)
@@ -83,7 +83,7 @@ def parse(argv):
         parser.error(f"no hgg-sim in {args.build}: run make build, or name the folder with --build")
     quick = args.quick
     args.sensor_worlds, args.worlds_named, args.known_worlds = args.worlds, bool(args.worlds), worlds
-    args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w not in ("yard", *GROUNDS)])
+    args.worlds = args.worlds or (["yard", "apartment"] if quick else [w for w in worlds if w not in ("yard", "passes", *GROUNDS)])
     args.sensor_worlds = args.sensor_worlds or (args.worlds if quick or args.full else [w for w in SENSOR_WORLDS if w in worlds])
     args.sensors = args.sensors or (["lidar16", "rgbd"] if quick else sensors)
     args.odometry = [o for o in args.odometry if not quick or o in ("true", "good")]

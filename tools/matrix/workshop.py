@@ -19,6 +19,7 @@ REPO = Path(__file__).resolve().parent.parent.parent
 CARRY_S = 3.0  # of hgg-sim --kidnap
 GROUNDS = ["stairs", "ramp", "hole", "bridge", "walk"]  # worlds whose ground is what they are about
 INDOOR = {"apartment", "corridor", "office", "hall", *GROUNDS}
+SPECKLE = 0.015  # share of points, where things are confused with common classes
 PLANS = 200  # pairs of places a drive
 MAIN_SENSOR = {"corridor": "solid64", **dict.fromkeys(GROUNDS, "lidar64")}  # where it is not that of the other worlds
 
@@ -37,12 +38,15 @@ class Drive:
     confusion: float = 0  # share of objects a frame under a wrong name; 0: as a good segmenter has it
     faults: tuple = ()  # options of hgg-sim that make odometry lie
     fault_s: float = 0  # s after the start: when they begin to show
+    common: float = 0  # share under the name of another common class, instead of the class it is likely taken for
+    plates: bool = False  # small signs on poles as well
 
     def arguments(self):
         where = ["--path", *self.path] if self.path else [self.world]
         return [*where, "--sensor", self.sensor, "--seed", str(self.seed), "--frames", str(self.frames),
                 *(["--dynamics"] if self.busy else []), *(["--confusion", str(self.confusion)] if self.confusion else []),
-                *self.faults]
+                *(["--confusion", "0", "--confusion-common", str(self.common), "--speckle", str(SPECKLE)] if self.common else []),
+                *(["--plates"] if self.plates else []), *self.faults]
 
     def identity(self):
         """What the log depends on: the arguments, with files by their content."""
@@ -50,7 +54,7 @@ class Drive:
         return [hash_of(a) if a in paths else a for a in self.arguments()]
 
     def name(self):
-        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}{f'confusion {self.confusion} ' if self.confusion else ''}{''.join(f'{word} ' for word in self.faults)}seed {self.seed}"
+        return f"{self.world} {self.sensor} {'busy ' if self.busy else ''}{f'confusion {self.confusion} ' if self.confusion else ''}{f'common {self.common} ' if self.common else ''}{''.join(f'{word} ' for word in self.faults)}seed {self.seed}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -451,6 +455,7 @@ def compact(printed, command):
             score["missed"], score["ghosts"] = len(score["missed"]), len(score["ghosts"])
             del score["matches"]
         (scores.get("cost") or {}).pop("loops", None)
+        scores.pop("ghosts", None), scores.pop("twins", None)
     except (LookupError, TypeError, AttributeError) as error:
         raise CommandFailed(f"{command}: its JSON is not as expected: {told(error)}") from error
     return scores

@@ -69,6 +69,7 @@ struct Painter {
   const std::vector<ClassId>& object_labels;
   RandomKey key;
   std::vector<Offset> offsets;
+  const FrameMistakes& mistakes;
 
   enum Use : std::uint64_t { kKind, kClass, kConfidence, kBleed };
   double draw(Use use, std::size_t i) const { return uniform(key, 4 * i + use); }
@@ -79,6 +80,17 @@ struct Painter {
     const bool bleeds = draw(kBleed, clump) < segmentation.errors.bleed;
     const std::int32_t beside = bleeds ? objectBeside(grid, scan, offsets, x, y) : -1;
     return beside >= 0 ? beside : scan.object[grid.at(x, y)];
+  }
+
+  /// What an object is taken for at pixel `i` in column `x`.
+  ClassId nameOf(std::size_t object, int x, std::size_t i) const {
+    if (!mistakes.patches.empty() && !scan.true_range.empty() && scan.true_range[i] > 0) {
+      const Vec3 p = static_cast<double>(scan.true_range[i]) * grid.directions[i];
+      if (const auto label = mistakes.at(object, x, p)) {
+        return *label;
+      }
+    }
+    return object_labels[object];
   }
 
   std::uint8_t confidence(bool right, std::size_t i) const {
@@ -94,7 +106,7 @@ struct Painter {
     const LabelErrors& errors = segmentation.errors;
     const WorldObject& object = segmentation.world->objects[static_cast<std::size_t>(source(x, y))];
     const ClassId truth = segmentation.world->objects[static_cast<std::size_t>(scan.object[i])].label;
-    image.labels[i] = object_labels[object.id - 1];
+    image.labels[i] = nameOf(object.id - 1, x, i);
     const double kind = draw(kKind, i);
     const bool is_speckle = kind < errors.speckle + errors.unknown;
     if (is_speckle) {
@@ -164,7 +176,8 @@ std::vector<ClassId> worldLabels(const World& world) {
 }
 
 LabelImage segment(const Segmentation& segmentation, const RayGrid& grid, const Scan& scan,
-                   const std::vector<ClassId>& object_labels, const RandomKey& key, int threads) {
+                   const std::vector<ClassId>& object_labels, const RandomKey& key, int threads,
+                   const FrameMistakes& mistakes) {
   LabelImage image;
   image.width = grid.width, image.height = grid.height;
   image.labels.assign(grid.size(), kUnknown);
@@ -172,7 +185,8 @@ LabelImage segment(const Segmentation& segmentation, const RayGrid& grid, const 
     image.instances.assign(grid.size(), 0);
   }
   image.confidence.assign(grid.size(), 0);
-  const Painter painter{segmentation, grid, scan, object_labels, key, neighbours(grid, segmentation.errors.bleed_deg)};
+  const Painter painter{segmentation, grid, scan, object_labels, key, neighbours(grid, segmentation.errors.bleed_deg),
+                        mistakes};
   parallelFor(grid.height, threads, [&](int y) {
     for (int x = 0; x < grid.width; ++x) {
       painter.paint(image, x, y);

@@ -5,19 +5,21 @@
 #include <vector>
 
 #include "frame/image.h"
+#include "sim/confusion.h"
 #include "sim/sensor.h"
 
 namespace hgg {
 
 /// How a segmenter goes wrong; all rates are shares.
 struct LabelErrors {
-  double speckle = 0;      // of pixels: another class of the world, at random
-  double unknown = 0;      // of pixels: label 0
-  double bleed = 0;        // of pixels beside another object: they take its label, in clumps
-  double bleed_deg = 0;    // what counts as beside
-  double confused = 0;     // of (confusable object, frame) pairs: the whole object is taken for its `confused_with`
-  double missed = 0;       // of (thing, frame) pairs: the whole object is unknown
-  double mixed = 0;        // of returns between two surfaces (clouds only): they get a label, not unknown
+  double speckle = 0;    // of pixels: another class of the world, at random
+  double unknown = 0;    // of pixels: label 0
+  double bleed = 0;      // of pixels beside another object: they take its label, in clumps
+  double bleed_deg = 0;  // what counts as beside
+  double confused = 0;   // of (confusable object, frame) pairs: the whole object is taken for its `confused_with`
+  double common = 0;     // of (thing or stretch of stuff, frame) pairs: taken for another common class, see confusion.h
+  double missed = 0;     // of (thing, frame) pairs: the whole object is unknown
+  double mixed = 0;      // of returns between two surfaces (clouds only): they get a label, not unknown
   int stretch_frames = 1;  // how long an object stays confused or missed
 };
 
@@ -41,8 +43,10 @@ struct Segmentation {
 };
 
 /// The labels of what each ray of the grid met; 0 where it met nothing. An object that is missed has no instance, nor
-/// has speckle. Confidence is high where the label is right, lower and overlapping where it is wrong.
+/// has speckle, nor has a patch of stuff that is taken for a thing. Confidence is high where the label is right, lower
+/// and overlapping where it is wrong.
 LabelImage segment(const Segmentation& segmentation, const RayGrid& grid, const Scan& scan,
-                   const std::vector<ClassId>& object_labels, const RandomKey& key, int threads);
+                   const std::vector<ClassId>& object_labels, const RandomKey& key, int threads,
+                   const FrameMistakes& mistakes = {});
 
 }  // namespace hgg

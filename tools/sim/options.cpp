@@ -39,6 +39,7 @@ void overrideLabels(LabelErrors& errors, const SimArguments& arguments, Segmente
   errors.bleed = arguments.bleed.value_or(errors.bleed);
   errors.confused = arguments.confusion.value_or(errors.confused);
   errors.missed = arguments.missed.value_or(errors.missed);
+  errors.common = arguments.confusion_common;
   // A rate on top of perfect labels takes its extent from good ones.
   const LabelErrors good = *labelPreset("good", what);
   if (errors.bleed_deg == 0) {
@@ -104,6 +105,9 @@ std::string addFaults(const SimArguments& arguments, const Scene& scene, SimOpti
 /// What was asked for and would do nothing; empty when there is nothing of the kind.
 std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sensors, const Scene& scene) {
   const SimOptions& options = arguments.options;
+  if (arguments.plates && (!arguments.path.empty() || !hasPlates(arguments.world))) {
+    return "--plates is for street and campus (passes has them anyway)";
+  }
   if (arguments.cameras && arguments.sensor != "rig") {
     return "--cameras needs --sensor rig";
   }
@@ -148,7 +152,7 @@ namespace {
 Result<Scene> undisturbedScene(const SimArguments& arguments) {
   const std::uint64_t seed = arguments.options.seed;
   if (arguments.path.empty()) {
-    auto scene = makeScene(arguments.world, seed, arguments.dynamics);
+    auto scene = makeScene(arguments.world, seed, arguments.dynamics, arguments.plates);
     return scene ? Result<Scene>::ok(std::move(*scene))
                  : Result<Scene>::fail("there is no world \"" + arguments.world + "\": hgg-sim --list names them");
   }

@@ -13,6 +13,12 @@ Scene still(std::uint64_t seed, double /*dynamics*/) {
   return make(seed);
 }
 
+/// For worlds that can have plates, without them.
+template <Scene (*make)(std::uint64_t, double, bool)>
+Scene plain(std::uint64_t seed, double dynamics) {
+  return make(seed, dynamics, false);
+}
+
 const std::map<std::string, Maker>& makers() {
   static const std::map<std::string, Maker> kMakers = {{"yard", &still<makeYard>},
                                                        {"stairs", &still<makeStairs>},
@@ -20,12 +26,13 @@ const std::map<std::string, Maker>& makers() {
                                                        {"hole", &still<makeHole>},
                                                        {"bridge", &still<makeBridge>},
                                                        {"walk", &still<makeWalk>},
-                                                       {"street", &makeStreet},
-                                                       {"campus", &makeCampus},
+                                                       {"street", &plain<makeStreet>},
+                                                       {"campus", &plain<makeCampus>},
                                                        {"apartment", &makeApartment},
                                                        {"office", &makeOffice},
                                                        {"hall", &makeHall},
-                                                       {"corridor", &makeCorridor}};
+                                                       {"corridor", &makeCorridor},
+                                                       {"passes", &makePasses}};
   return kMakers;
 }
 
@@ -39,7 +46,12 @@ std::vector<std::string> sceneNames() {
   return names;
 }
 
-std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics) {
+bool hasPlates(const std::string& name) { return name == "street" || name == "campus"; }
+
+std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics, bool plates) {
+  if (plates && hasPlates(name)) {
+    return name == "street" ? makeStreet(seed, dynamics, true) : makeCampus(seed, dynamics, true);
+  }
   const auto maker = makers().find(name);
   return maker == makers().end() ? std::nullopt : std::optional(maker->second(seed, dynamics));
 }

@@ -38,7 +38,10 @@ struct Scene {
 std::vector<std::string> sceneNames();
 /// nullopt when there is no world of that name. The seed varies the placement of objects. `dynamics` 0..1 (share of the
 /// most the world has) adds people and cars that move, and objects that are moved or taken away between two laps.
-std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics = 0.0);
+/// `plates`: small signs on poles as well, where hasPlates(); all else stays as it is without.
+std::optional<Scene> makeScene(const std::string& name, std::uint64_t seed, double dynamics = 0.0, bool plates = false);
+/// Worlds that can have small signs on poles.
+bool hasPlates(const std::string& name);
 
 /// A street laid along a way that was really driven, with the poses of a real front-end beside it (both KITTI: camera
 /// convention, 3x4 rows read with readPoses(), 10 Hz, the same number). The map frame is body-like: x forward, z up.
@@ -50,10 +53,13 @@ Scene pathScene(const std::vector<Pose>& T_world_camera, const std::vector<Pose>
 Scene makeYard(std::uint64_t seed);
 /// "street": a road around a block of houses, twice, up and down a slope. Parked cars in rows, poles, signs, trees,
 /// fences, hedges. A lap takes 41 s.
-Scene makeStreet(std::uint64_t seed, double dynamics);
+Scene makeStreet(std::uint64_t seed, double dynamics, bool plates = false);
+/// "passes": a road of 300 m, out, back on the other lane, and out again. Parked cars in rows and a car park, plates on
+/// poles, trees, houses. In traffic (`dynamics`), with cars that park and leave between the passes. 130 s.
+Scene makePasses(std::uint64_t seed, double dynamics);
 /// "campus": paths between lawns and halls; benches, bins, bicycles, trees, lamps. At walking speed, a lap in under 60
 /// s.
-Scene makeCampus(std::uint64_t seed, double dynamics);
+Scene makeCampus(std::uint64_t seed, double dynamics, bool plates = false);
 /// "apartment": rooms off a corridor, furnished.
 Scene makeApartment(std::uint64_t seed, double dynamics);
 /// "office": a ring corridor with office rooms, desks, monitors, chairs, shelves.

@@ -12,7 +12,7 @@
 namespace hgg {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr double kStepPast = 1e-6;  // m: a ray goes on behind the surface it met
 constexpr int kMaxCrossings = 32;   // of foliage by one ray
 /// What moves is posed this often during a sweep.
@@ -47,7 +47,7 @@ std::optional<Echo> findEcho(const RayCaster& caster, const World& world, const 
   for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     const Ray rest{ray.origin + at * ray.direction, ray.direction};
     const auto hit = caster.cast(rest);
-    const double next = hit ? at + hit->range : kInfinity;
+    const double next = hit ? at + hit->range : kEndless;
     const double through_leaves = std::max(std::min(next, leaves_until) - at, 0.0);
     if (leaves_left < through_leaves) {
       return Echo{at + leaves_left, leaves_object, 1.0};

@@ -63,7 +63,15 @@ Scan measure(RayCaster& caster, const World& world, const RayGrid& grid, const R
 void parallelFor(int count, int threads, const std::function<void(int)>& work);
 
 /// What randomness is for: no two purposes, sensors or frames share numbers.
-enum class Purpose : std::uint64_t { kOdometry = 1, kRanges, kObjectLabels, kPixelLabels, kOdometryFaults, kKidnap };
+enum class Purpose : std::uint64_t {
+  kOdometry = 1,
+  kRanges,
+  kObjectLabels,
+  kPixelLabels,
+  kOdometryFaults,
+  kKidnap,
+  kCommonConfusion
+};
 inline RandomKey keyFor(std::uint64_t seed, Purpose purpose, std::uint64_t sensor, std::uint64_t frame) {
   return {seed, static_cast<std::uint64_t>(purpose) << 56 | sensor << 48 | frame};
 }

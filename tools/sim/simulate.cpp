@@ -47,13 +47,59 @@ struct Drive {
   RayGrid lidar;
   std::vector<Eye> eyes;
   Segmentation cloud_segmentation, image_segmentation;
+  std::vector<std::vector<Mistake>> cloud_mistakes, image_mistakes;  // by frame; empty: none
   std::optional<WalkTruth> walk;
 
   double sweep() const { return options.motion_distortion ? 1.0 / options.rate_hz : 0.0; }
 };
 
+/// Places of what can be seen, world frame, about a metre apart.
+std::vector<CloudPoint> seenSurface(const Drive& drive) {
+  constexpr double kApart = 1.0;
+  std::vector<Pose> T_world_body;
+  for (const std::size_t frame : drive.kept) {
+    T_world_body.push_back(drive.T_world_body(drive.times[frame]));
+  }
+  auto surface = sampleSurfaces(drive.scene, T_world_body, drive.times[drive.kept.back()],
+                                {.spacing = kApart, .threads = drive.options.threads});
+  const Eigen::Isometry3f T_world_map = T_world_body.front().cast<float>();
+  for (CloudPoint& p : surface) {
+    const Eigen::Vector3f p_world = T_world_map * Eigen::Vector3f(p.x, p.y, p.z);
+    p.x = p_world.x(), p.y = p_world.y(), p.z = p_world.z();
+  }
+  return surface;
+}
+
+void addMistakes(Drive& drive) {
+  const SimOptions& options = drive.options;
+  if (options.cloud_labels.common <= 0 && options.image_labels.common <= 0) {
+    return;
+  }
+  const std::vector<CloudPoint> surface = seenSurface(drive);
+  const auto mistakes = [&](double share) {
+    return commonMistakes(drive.scene.world, surface, share, options.seed, drive.times.size());
+  };
+  drive.cloud_mistakes = mistakes(options.cloud_labels.common);
+  drive.image_mistakes = mistakes(options.image_labels.common);
+}
+
+/// The mistakes of a frame as its segmenter makes them; whole objects get their wrong name in `object_labels`.
+FrameMistakes mistakesAt(const Drive& drive, const std::vector<std::vector<Mistake>>& by_frame, std::size_t frame,
+                         const RayGrid& grid, const Exposure& exposure, std::vector<ClassId>& object_labels) {
+  FrameMistakes mistakes;
+  if (by_frame.empty()) {
+    return mistakes;
+  }
+  mistakes.patches = nameWholeObjects(by_frame[frame], object_labels);
+  for (int x = 0; x < (exposure.sweep > 0 ? grid.width : 1); ++x) {
+    const double time = exposure.sweep > 0 ? columnTime(grid, exposure, x) : exposure.time;
+    mistakes.T_world_sensor.push_back(drive.T_world_body(time) * grid.T_body_sensor);
+  }
+  return mistakes;
+}
+
 Drive makeDrive(const Scene& scene, const SimOptions& options) {
-  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}, {}, {}};
+  Drive drive{scene, options, withGait(scene.T_world_body, options.gait_deg), {}, {}, {}, {}, {}, {}, {}, {}, {}};
   for (int i = 0; i < frameCount(scene, options); ++i) {
     const double time = i / options.rate_hz;
     drive.times.push_back(time);
@@ -71,6 +117,7 @@ Drive makeDrive(const Scene& scene, const SimOptions& options) {
   const auto palette = worldLabels(scene.world);
   drive.cloud_segmentation = {&scene.world, options.cloud_labels, palette, options.instances};
   drive.image_segmentation = {&scene.world, options.image_labels, palette, options.instances};
+  addMistakes(drive);
   return drive;
 }  // NOLINT(clang-analyzer-cplusplus.NewDeleteLeaks): a false alarm of clang-tidy 14
 
@@ -130,9 +177,11 @@ void look(Eye& eye, std::size_t camera, Drive& drive, RayCaster& caster, std::si
   const World& world = drive.scene.world;
   eye.scan = measure(caster, world, eye.grid, eye.model->errors, drive.T_world_body, {drive.times[frame], 0.0},
                      keyFor(options.seed, Purpose::kRanges, camera + 1, frame), options.threads);
-  eye.labels = segment(drive.image_segmentation, eye.grid, eye.scan,
-                       objectLabels(world, options.image_labels, options.seed, frame),
-                       keyFor(options.seed, Purpose::kPixelLabels, camera + 1, frame), options.threads);
+  std::vector<ClassId> names = objectLabels(world, options.image_labels, options.seed, frame);
+  const FrameMistakes mistakes =
+      mistakesAt(drive, drive.image_mistakes, frame, eye.grid, {drive.times[frame], 0.0}, names);
+  eye.labels = segment(drive.image_segmentation, eye.grid, eye.scan, names,
+                       keyFor(options.seed, Purpose::kPixelLabels, camera + 1, frame), options.threads, mistakes);
   eye.labels.utime_us = utime_us;
   if (!eye.model->depth) {
     return;
@@ -171,9 +220,10 @@ TrueCloud returnsOf(const RayGrid& grid, const Scan& scan, const Exposure& expos
 void labelCloud(TrueCloud& cloud, const Drive& drive, const Scan& scan, std::size_t frame) {
   const SimOptions& options = drive.options;
   const RandomKey key = keyFor(options.seed, Purpose::kPixelLabels, 0, frame);
-  const LabelImage labels =
-      segment(drive.cloud_segmentation, drive.lidar, scan,
-              objectLabels(drive.scene.world, options.cloud_labels, options.seed, frame), key, options.threads);
+  std::vector<ClassId> names = objectLabels(drive.scene.world, options.cloud_labels, options.seed, frame);
+  const FrameMistakes mistakes =
+      mistakesAt(drive, drive.cloud_mistakes, frame, drive.lidar, {drive.times[frame], drive.sweep()}, names);
+  const LabelImage labels = segment(drive.cloud_segmentation, drive.lidar, scan, names, key, options.threads, mistakes);
   std::size_t n = 0;
   for (std::size_t i = 0; i < scan.range.size(); ++i) {
     if (scan.range[i] <= 0) {

@@ -42,6 +42,11 @@ json toJson(const TruthObject& object) {
   if (object.gone) {
     entry["gone"] = true;
   }
+  for (const Vec3& p : object.dynamic ? object.track : std::vector<Vec3>()) {
+    constexpr double kDigits = 1000;  // mm
+    const Vec3 rounded = (p * kDigits).array().round() / kDigits;
+    entry["track"].push_back(std::vector<double>(rounded.begin(), rounded.end()));
+  }
   return entry;
 }
 
@@ -54,6 +59,9 @@ TruthObject fromJson(const json& entry) {
   object.dynamic = entry.at("dynamic").get<bool>();
   object.gone = entry.value("gone", false);
   object.frames = entry.at("frames").get<std::int64_t>();
+  for (const json& p : entry.value("track", json::array())) {
+    object.track.emplace_back(p.get<std::array<double, 3>>().data());
+  }
   object.belief.kappa = entry.at("points").get<double>();
   object.belief.mean = Vec3(centroid.data());
   object.belief.cov = Eigen::Map<const RowMat3>(covariance.data());
@@ -65,8 +73,14 @@ TruthObject fromJson(const json& entry) {
 void TruthAccumulator::add(std::int64_t id, ClassId label, std::size_t frame, const Vec3& p_map) {
   // The first point is the origin of the sums: large coordinates keep their digits.
   Entry& entry = entries_.try_emplace(id, Entry{label, Moments(p_map)}).first->second;
-  entry.frames += entry.frames == 0 || entry.last_frame != frame ? 1 : 0;
+  if (entry.frames == 0 || entry.last_frame != frame) {
+    ++entry.frames;
+    entry.sums.push_back(Vec3::Zero());
+    entry.counts.push_back(0);
+  }
   entry.last_frame = frame;
+  entry.sums.back() += p_map;
+  entry.counts.back() += 1;
   entry.moments.add(p_map.x(), p_map.y(), p_map.z());
 }
 
@@ -74,6 +88,9 @@ std::vector<TruthObject> TruthAccumulator::objects() const {
   std::vector<TruthObject> objects;
   for (const auto& [id, entry] : entries_) {
     objects.push_back({.id = id, .label = entry.label, .frames = entry.frames, .belief = entry.moments.belief()});
+    for (std::size_t i = 0; i < entry.sums.size(); ++i) {
+      objects.back().track.emplace_back(entry.sums[i] / entry.counts[i]);
+    }
   }
   return objects;
 }

@@ -23,6 +23,7 @@ struct TruthObject {
   bool gone = false;        // taken away before the end: a map may keep it or not
   std::int64_t frames = 0;  // frames with at least one of its points
   Belief belief = {};
+  std::vector<Vec3> track = {};  // the middle of its points in each of those frames; kept in files of dynamic ones
 };
 
 /// Collects the points of each object over the frames.
@@ -39,12 +40,14 @@ class TruthAccumulator {
     Moments moments;
     std::int64_t frames = 0;
     std::size_t last_frame = 0;
+    std::vector<Vec3> sums = {};  // of its points, by frame
+    std::vector<double> counts = {};
   };
   std::map<std::int64_t, Entry> entries_;
 };
 
 /// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
-/// "gone":true where that is so. An id that appears twice is an error.
+/// "gone":true and "track":[[3],...] where that is so. An id that appears twice is an error.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
 std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);

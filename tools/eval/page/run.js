@@ -3,10 +3,17 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const {overall, trajectory, odometry, geometry, retrieval, loops, cost, scenery} = data;
 const percent = (x) => (isNumber(x) ? (100 * x).toFixed(x < 0.0995 || x > 0.995 ? 1 : 0).replace(/\.0$/, "") + " %" : "–");
 
+/** What a ghost comes from, in words. */
+const CAUSES = {second: "second node or piece of a thing", mover: "left by something that moves", gone: "of a thing taken away",
+  surface: "on a surface of another class", nothing: "at nothing"};
+const causesOf = (counts) => Object.entries(counts || {}).filter(([, n]) => n).map(([cause, n]) => `${n} ${CAUSES[cause]}`).join(", ");
+
 function tiles() {
   const p = overall.position_error, c = overall.calibration;
   const list = [
     tile("Objects, F1", show(overall.f1), "", `precision ${show(overall.precision)}, recall ${show(overall.recall)}`),
+    tile("Ghosts", String(overall.ghosts.length), "", causesOf(overall.ghost_causes) || "none"),
+    tile("Twins", String(overall.twins), "", "pairs of one class within 0.5 m that are one true thing"),
     tile("Position error", show(p.mean), "m", `median ${show(p.median)}, worst ${show(p.max)}`),
     tile("Extent error", show(overall.extent_error.mean), "m", "2-Wasserstein to the true Gaussian"),
     tile("Calibration", show(c.mean_over_3), "× honest", `${percent(c.inside_90)} inside the 90 % region`),
@@ -75,7 +82,7 @@ function objectLayers() {
     }
   }
   for (const p of scenery.predictions) {
-    const text = `${p.name}, node ${p.id}: ${p.state}\n${where(p)}`;
+    const text = `${p.name}, node ${p.id}: ${p.state}${p.cause ? `, ${CAUSES[p.cause]}` : ""}\n${where(p)}`;
     if (p.state === "found") {
       const t = byId.get(p.truth);
       found.append(hover(el("svg:g", {}, ellipse(p, {fill: "var(--found)", "fill-opacity": 0.3, stroke: "var(--found)", "stroke-width": 1.6}),
@@ -272,6 +279,11 @@ function retrievalCard() {
     retrieval ? barChart(rows, {max: 1, rowHeight: 34, left: 60}) : el("p", {class: "none"}, "not yet: no answers were given"));
 }
 
+const twinRows = (line, at) => (data.twins || []).map((t) => {
+  const p = scenery.predictions.find((q) => q.id === t.ids[0]);
+  return line(p, `twins, nodes ${t.ids.join(" and ")}`, `${show(t.distance)} m apart`, at(p));
+});
+
 function listCard() {
   const line = (o, what, value, at) => {
     const row = el("tr", {class: "hover"}, el("td", {}, o.name), el("td", {class: "left"}, what), el("td", {}, value), el("td", {}, at));
@@ -282,9 +294,10 @@ function listCard() {
   const worst = scenery.predictions.filter((p) => p.state === "found").sort((a, b) => b.distance - a.distance).slice(0, 8);
   const rows = [
     ...scenery.truth.filter((t) => t.state === "missed").map((t) => line(t, `missed, object ${t.id}`, `${t.points} points, ${t.frames} frames`, at(t))),
-    ...scenery.predictions.filter((p) => p.state === "ghost").map((p) => line(p, `ghost, node ${p.id}`, `evidence ${show(p.kappa)}`, at(p))),
+    ...scenery.predictions.filter((p) => p.state === "ghost").map((p) => line(p, `ghost, node ${p.id}`, `${CAUSES[p.cause] || ""}, evidence ${show(p.kappa)}`, at(p))),
+    ...twinRows(line, at),
     ...worst.map((p) => line(p, `found, node ${p.id}`, `${show(p.distance)} m off`, at(p)))].slice(0, 400);
-  return card("wide", "What to look at", "Missed objects, ghosts, and the found objects farthest off. Click a row to see it on the map.",
+  return card("wide", "What to look at", "Missed objects, ghosts, twins, and the found objects farthest off. Click a row to see it on the map.",
     el("div", {class: "scroll tall"}, el("table", {}, el("tr", {}, ["class", "what", "", "x, y in m"].map((h, i) => el("th", {class: i === 1 ? "left" : ""}, h))), rows)));
 }
 

@@ -55,6 +55,14 @@ class Builder {
   Builder(Stage& stage, const Way& way, std::uint64_t seed, double dynamics)
       : stage_(stage), way_(way), dice_(seed, 2), dynamics_(dynamics) {}
 
+  /// Small signs on poles beside the way, last of all and by dice of their own: what stands there stays.
+  void addPlates(Dice dice) {
+    for (double s = dice.between(0.0, 6.0); s < way_.length(); s += dice.between(5.0, 8.0)) {
+      const double d = (dice.chance(0.5) ? 1.0 : -1.0) * (kPath + dice.between(0.5, 1.5));
+      putPlate(stage_, dice, beside(s, d, dice.chance(0.5) ? 0.0 : std::numbers::pi / 2), 0.5);
+    }
+  }
+
   void build() {
     addGrounds(stage_.world());
     addHalls();
@@ -190,14 +198,18 @@ class Builder {
 
 }  // namespace
 
-Scene makeCampus(std::uint64_t seed, double dynamics) {
+Scene makeCampus(std::uint64_t seed, double dynamics, bool plates) {
   const Journey travel({ring(0.0), 6.0}, 1.5, 1.0);
   Scene scene;
   scene.T_world_body = bodyOn(travel, height, {.height = kSensorHeight, .sway = 0.015, .bob = 0.015});
   scene.duration = kLaps * travel.lapTime();
   Stage stage(scene, height, travel.lapTime());
   stage.layout().keepOff(travel.way().points(), 1.5);
-  Builder(stage, travel.way(), seed, dynamics).build();
+  Builder builder(stage, travel.way(), seed, dynamics);
+  builder.build();
+  if (plates) {
+    builder.addPlates(Dice(seed, 18));
+  }
   return scene;
 }
 

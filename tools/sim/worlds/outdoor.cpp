@@ -135,6 +135,15 @@ Shapes signShapes(Dice& dice) {
   return {Cylinder{Vec3::Zero(), 0.04, height}, block(0.06, 0, height - size, 0.04, size, size)};
 }
 
+void putPlate(Stage& stage, Dice& dice, const Spot& spot, double gap) {
+  constexpr double kPlate = 0.35, kPoleRadius = 0.03;  // m
+  const double top = dice.between(2.1, 2.6);
+  if (stage.put(objectOf(Outdoor::kPole), {Cylinder{Vec3::Zero(), kPoleRadius, top}}, spot, gap)) {
+    addObject(stage.world(), objectOf(Outdoor::kTrafficSign),
+              placed({block(kPoleRadius + 0.02, 0, top - kPlate, 0.03, kPlate, kPlate)}, spot));
+  }
+}
+
 Shapes benchShapes(double length) {
   const double end = 0.5 * length - 0.2;
   return {block(0, 0, 0.4, 0.45, length, 0.06),     block(-0.22, 0, 0.5, 0.06, length, 0.4),

@@ -43,6 +43,8 @@ Shapes poleShapes(double height);
 Shapes lampPostShapes(double height);
 /// A plate on a post, facing +x.
 Shapes signShapes(Dice& dice);
+/// Puts a pole and, on it, a plate of 0.35 m (a traffic sign of its own) facing the spot's +x where the pole has room.
+void putPlate(Stage& stage, Dice& dice, const Spot& spot, double gap);
 Shapes benchShapes(double length);
 Shapes binShapes(Dice& dice);
 Shapes fenceShapes(double length);

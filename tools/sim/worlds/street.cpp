@@ -88,6 +88,17 @@ class Builder {
  public:
   Builder(Stage& stage, std::uint64_t seed, double dynamics) : stage_(stage), dice_(seed, 1), dynamics_(dynamics) {}
 
+  /// Small signs on poles along the kerbs, last of all and by dice of their own: what stands there stays.
+  void addPlates(Dice dice) {
+    for (const Side& side : kSides) {
+      for (const double sign : {-1.0, 1.0}) {
+        for (double s = -side.half + 4.0; s < side.half - 3.0; s += dice.between(6.0, 10.0)) {
+          putPlate(stage_, dice, side.spot(s, sign * 5.6, dice.chance(0.5) ? kAlong : -std::numbers::pi), 0.5);
+        }
+      }
+    }
+  }
+
   void build() {
     addGrounds(stage_.world());
     stage_.layout().claim({Vec2(kHalfX + 30.0, -kHalfY), Vec2(28.0, kSideStreet + 1.0), 0.0});
@@ -240,14 +251,18 @@ class Builder {
 
 }  // namespace
 
-Scene makeStreet(std::uint64_t seed, double dynamics) {
+Scene makeStreet(std::uint64_t seed, double dynamics, bool plates) {
   const Journey travel({ring(kLane), 14.0}, 7.6, 0.8);
   Scene scene;
   scene.T_world_body = bodyOn(travel, height, {.height = kSensorHeight, .sway = 0.008, .bob = 0.02});
   scene.duration = kLaps * travel.lapTime();
   Stage stage(scene, height, travel.lapTime());
   stage.layout().keepOff(travel.way().points(), 1.3);
-  Builder(stage, seed, dynamics).build();
+  Builder builder(stage, seed, dynamics);
+  builder.build();
+  if (plates) {
+    builder.addPlates(Dice(seed, 17));
+  }
   return scene;
 }
 
