@@ -49,7 +49,7 @@ std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> o
 Belief precisely(const Belief& leaf) { return unpackLeaf(packLeaf(leaf)); }
 
 double shareOf(const std::vector<ClassEvidence>& evidence, ClassId label) {
-  return weightOf(evidence.at(0).views, label) / sumOf(evidence.at(0).views);
+  return weightOf(evidence.at(0).view.labels, label) / sumOf(evidence.at(0).view.labels);
 }
 
 TEST(ShareOn, IsTheIntegralOfThePointsOverTheSoftWindow) {
@@ -83,9 +83,9 @@ TEST(ClassEvidence, AThingSeenAgainIsEvidenceForItself) {
   const auto evidence = evidenceOf(mapWith(kCar, {leaf}), {objectOf(kCar, {leaf})});
   ASSERT_EQ(evidence.size(), 1U);
   EXPECT_EQ(evidence[0].id, 1);
-  EXPECT_GT(weightOf(evidence[0].views, kCar), 0.9);
-  EXPECT_LT(weightOf(evidence[0].views, kCar), 1);
-  EXPECT_EQ(evidence[0].views.size(), 1U);
+  EXPECT_GT(weightOf(evidence[0].view.labels, kCar), 0.9);
+  EXPECT_LT(weightOf(evidence[0].view.labels, kCar), 1);
+  EXPECT_EQ(evidence[0].view.labels.size(), 1U);
 }
 
 TEST(ClassEvidence, ASliverOnAnotherSurfaceIsThatSurface) {
@@ -103,7 +103,7 @@ TEST(ClassEvidence, WhatReachesOverFromANeighbourDoesNotCount) {
 TEST(ClassEvidence, APieceOfAThingIsAPartOfAView) {
   const Belief left = ball(Vec3(3, 0, 0), 0.2, 500), right = ball(Vec3(3, 4, 0), 0.2, 500);
   const auto evidence = evidenceOf(mapWith(kCar, {left, right}), {objectOf(kPole, {right})});
-  EXPECT_NEAR(weightOf(evidence.at(0).views, kPole), 0.5, 0.01) << "the other half was not looked at";
+  EXPECT_NEAR(weightOf(evidence.at(0).view.labels, kPole), 0.5, 0.01) << "the other half was not looked at";
 }
 
 TEST(ClassEvidence, ViewsFromOnePlaceAreOneView) {
@@ -117,8 +117,8 @@ TEST(ClassEvidence, ViewsFromOnePlaceAreOneView) {
   EXPECT_EQ(viewWeight(step), 1);
   const Belief leaf = ball(Vec3(3, 0, 0), 0.2, 200);
   const Map map = mapWith(kCar, {leaf});
-  EXPECT_NEAR(sumOf(evidenceOf(map, {objectOf(kCar, {leaf})}, rest)[0].views),
-              rest * sumOf(evidenceOf(map, {objectOf(kCar, {leaf})})[0].views), 1e-6);
+  EXPECT_NEAR(sumOf(evidenceOf(map, {objectOf(kCar, {leaf})}, rest)[0].view.labels),
+              rest * sumOf(evidenceOf(map, {objectOf(kCar, {leaf})})[0].view.labels), 1e-6);
 }
 
 TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
