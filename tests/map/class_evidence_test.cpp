@@ -131,5 +131,39 @@ TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
   EXPECT_TRUE(evidenceOf(map, {}).empty());
 }
 
+/// What a sensor at the origin sees through that has walls (m along x) of these slopes' widths before it.
+FreeSpace spaceBehind(double wall, double screen = 0) {
+  FreeSpace free{RangeImage(Vec3::Zero()), Pose::Identity()};
+  for (int row = -60; row <= 60; ++row) {
+    for (int column = -60; column <= 60; ++column) {
+      const auto depth = static_cast<float>(screen > 0 ? screen : wall);
+      const auto slope = [&](int k) { return depth * 0.005F * static_cast<float>(k); };
+      free.image.add(depth, slope(column), slope(row));
+    }
+  }
+  return free;
+}
+
+TEST(FreeSpace, AThingTakenAwayIsSeenThroughAndAHiddenOneNever) {
+  const Map map = mapWith(kCar, {ball(Vec3(10, 0, 0), 0.2, 500), ball(Vec3(10, 1, 0), 0.2, 500)});
+  const auto through = [&](const FreeSpace& free) {
+    const auto evidence = classEvidence({}, map, Pose::Identity(), 1, 100, 0.01, &free);
+    return evidence.empty() ? 0 : evidence[0].view.through;
+  };
+  EXPECT_GT(through(spaceBehind(20)), 0.7);
+  EXPECT_EQ(through(spaceBehind(20, 5)), 0) << "behind a nearer one";
+  EXPECT_EQ(through(spaceBehind(10)), 0) << "there";
+  FreeSpace aside = spaceBehind(20);
+  aside.T_map_sensor = Pose(Eigen::AngleAxisd(2, Vec3::UnitZ()));
+  EXPECT_EQ(through(aside), 0) << "out of view";
+}
+
+TEST(FreeSpace, AThingThatTheFrameHasIsFoundWhereverItsPointsAre) {
+  const Map map = mapWith(kCar, {ball(Vec3(10, 0, 0), 0.2, 500)});
+  FreeSpace free = spaceBehind(20);
+  free.found = {1};
+  EXPECT_EQ(classEvidence({}, map, Pose::Identity(), 0.5, 100, 0.01, &free).at(0).view.is_found, 0.5);
+}
+
 }  // namespace
 }  // namespace hgg::class_evidence_test
