@@ -598,9 +598,9 @@ TEST(MapFile, WhatWasSeenThroughComesBackAndMapsWithoutAreWrittenAsBefore) {
   const std::string bytes = encodeMap(mapOf({node}));
   const auto stored = decodeMap(bytes);
   ASSERT_TRUE(stored);
-  EXPECT_EQ(stored->find(1)->classes.seen_through, 2.5F);
-  EXPECT_EQ(stored->find(1)->classes.passed, 7);
-  EXPECT_EQ(encodeMap(*stored), bytes);
+  EXPECT_EQ(stored->map.find(1)->classes.seen_through, 2.5F);
+  EXPECT_EQ(stored->map.find(1)->classes.passed, 7);
+  EXPECT_EQ(encodeMap(stored->map), bytes);
   EXPECT_EQ(static_cast<int>(bytes[8]), 7);
   EXPECT_EQ(static_cast<int>(before[8]), 5);
 }
