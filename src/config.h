@@ -99,6 +99,7 @@ struct AblationConfig {
   bool symmetric_merge = false;
   bool odometry_pose = false;
   bool uniform_weights = false;
+  bool blind_to_free_space = false;
   PairCost cost = PairCost::kWasserstein;
 };
 

@@ -144,6 +144,8 @@ void visitAblation(Section& c, Visitor& visit) {
         KeyDoc{0, 0, "", "for evaluation only: poses are odometry's, the map is not asked"});
   visit("ablation", "uniform_weights", c.uniform_weights,
         KeyDoc{0, 0, "", "for evaluation only: factors of the window weigh the same, whatever was seen"});
+  visit("ablation", "blind_to_free_space", c.blind_to_free_space,
+        KeyDoc{0, 0, "", "for evaluation only: what beams pass through does not speak against things"});
   visit("ablation", "cost", c.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

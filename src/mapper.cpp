@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <chrono>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "alignment/propagation.h"
 #include "alignment/recovery.h"
 #include "core/se3.h"
+#include "core/units.h"
 #include "creation/object_graph.h"
 #include "map/class_evidence.h"
 #include "map/fuse.h"
@@ -33,6 +35,30 @@ class StageClock {
   std::vector<std::pair<std::string, double>>& stage_ms_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
+
+/// Beams of a frame that its range image takes, at least half as many where it has more: bounds the work.
+constexpr std::size_t kImageBeams = 60'000;
+/// How well an aligned frame's turn is known at best, rad; what alignment reports is surer than frames are
+/// (docs/method.md, "A prior that is too sure").
+constexpr double kTurnFloor = 0.05 * kDegree;
+
+/// What the frame sees through from its aligned pose.
+FreeSpace freeSpaceOf(const Frame& frame, const Alignment& alignment) {
+  const Pose& T_map_body = alignment.pose.T_map_body;
+  FreeSpace free{RangeImage(frame.p_body_sensor), T_map_body * Eigen::Translation3d(frame.p_body_sensor)};
+  const std::size_t stride = std::max<std::size_t>(frame.points.size() / kImageBeams, 1);
+  for (std::size_t k = 0; k < frame.points.size(); k += stride) {
+    free.image.add(frame.points[k].x, frame.points[k].y, frame.points[k].z);
+  }
+  const Mat6 cov = alignment.pose.information.inverse();
+  free.variance = std::max(cov.topLeftCorner<3, 3>().trace() / 3, 0.0);
+  free.variance_turn = std::max(cov.bottomRightCorner<3, 3>().trace() / 3, 0.0) + square(kTurnFloor);
+  for (const ObjectPair& pair : alignment.pairs) {
+    free.found.push_back(pair.map);
+  }
+  std::ranges::sort(free.found);
+  return free;
+}
 
 /// Names of the table's classes, beside those the map has from before.
 std::map<ClassId, std::string> namesOf(const ClassTable& classes, std::map<ClassId, std::string> names) {
@@ -90,7 +116,7 @@ StepReport Mapper::step(const Frame& frame) {
     const Pose T_last_body = report.T_last_body.value_or(Pose::Identity());
     const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
                                                     tracker_.odometry().noiseOf(T_last_body));
-    MapDelta updated = update(local, alignment, keyframe);
+    MapDelta updated = update(frame, local, alignment, keyframe);
     clock.lap("update");
     const int loops_before = corrector_.loops().accepted();
     Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
@@ -162,12 +188,16 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
   return Tracking::kRecovered;
 }
 
-MapDelta Mapper::update(const LocalGraph& local, const Alignment& alignment,
+MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment,
                         const std::optional<NewKeyframe>& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const std::optional<Pose> T_last_body = tracker_.motionTo(T_map_body);
+  std::optional<FreeSpace> free;
+  if (!config_.ablation.blind_to_free_space) {
+    free = freeSpaceOf(frame, alignment);
+  }
   const auto evidence = classEvidence(local, map_, T_map_body, T_last_body ? viewWeight(*T_last_body) : 1,
-                                      config_.map.active_radius, config_.creation.sigma_floor);
+                                      config_.map.active_radius, config_.creation.sigma_floor, free ? &*free : nullptr);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
   update.keyframe = keyframe;
   return map_.apply(std::move(update));

@@ -68,7 +68,8 @@ class Mapper {
   /// in a wider search.
   Tracking track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment);
   /// The frame fused into the map.
-  MapDelta update(const LocalGraph& local, const Alignment& alignment, const std::optional<NewKeyframe>& keyframe);
+  MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment,
+                  const std::optional<NewKeyframe>& keyframe);
   /// Whether a loop has joined the fragment to the first one.
   void followFragment(int loops_before);
   void describePose(const Alignment& alignment, StepReport& report) const;

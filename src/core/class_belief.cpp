@@ -1,6 +1,7 @@
 #include "core/class_belief.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace hgg {
 namespace {
@@ -14,6 +15,9 @@ constexpr double kMissesPerFind = 3;
 /// The prior of clutter: that of a sighting without points, in views, and the number of points that halves it. Chosen
 /// by hand; the last row of the table in docs/experiments.md, "Class and existence", was measured with them.
 constexpr double kClutterViews = 2, kClutterPoints = 400;
+
+/// A thing is taken to be solid as if so many views had found nothing but it, until others say what it lets through.
+constexpr double kSolidViews = 1;
 
 void scale(ClassWeights& weights, double factor) {
   for (auto& [label, weight] : weights) {
@@ -55,6 +59,19 @@ void addViews(ClassBelief& belief, const ClassWeights& views) {
   }
 }
 
+void addPlaceView(ClassBelief& belief, const PlaceView& view, ClassId own) {
+  const double held = sumOf(belief.views), taken = std::max(sumOf(view.labels), view.taken), all = taken + view.through;
+  const double solid = (held + kSolidViews) / (held + kSolidViews + static_cast<double>(belief.passed));
+  const bool is_found = view.is_found > 0 || weightOf(view.labels, own) > 0;
+  const double gone = view.is_found > 0 ? 0 : std::max(solid * all - taken, 0.0);
+  const double back = view.is_found > 0 ? view.is_found : all > 0 ? taken * taken / all : 0;
+  belief.seen_through = static_cast<float>(static_cast<double>(belief.seen_through) * (1 - std::min(back, 1.0)) + gone);
+  if (is_found || taken > view.through) {
+    belief.passed = static_cast<float>(std::min(static_cast<double>(belief.passed) + view.through, kMostViews));
+  }
+  addViews(belief, view.labels);
+}
+
 ClassId likeliestClass(const ClassBelief& belief, ClassId fallback) {
   const auto it = std::ranges::max_element(belief.views, {}, &ClassWeights::value_type::second);
   return it != belief.views.end() ? it->first : fallback;
@@ -72,7 +89,8 @@ double existence(const ClassBelief& belief, ClassId label, double points) {
   const double found = weightOf(belief.views, label);
   const double missed = sumOf(belief.views) - found;
   const double clutter = kClutterViews * kClutterPoints / (kClutterPoints + points);
-  return found / (found + missed / kMissesPerFind + clutter);
+  const double gone = std::exp2(static_cast<double>(belief.seen_through)) - 1;
+  return found / (found + missed / kMissesPerFind + clutter + gone);
 }
 
 }  // namespace hgg

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/position_uncertainty.h"
 #include "core/se3.h"
 #include "core/units.h"
 
@@ -105,9 +106,20 @@ ClassWeights pointsIn(const Footprint& footprint, const std::vector<const Seen*>
   return points;
 }
 
+/// How well the frame and the surface of the thing lie to each other, m; `drift` (m^2) is what the keyframe of the
+/// frame and that of the thing may have drifted apart.
+double sigmaOf(const MapNode& node, const FreeSpace& free, double drift) {
+  const double way = (node.belief.mean - free.T_map_sensor.translation()).squaredNorm();
+  const double views = std::max(node.views, 1);
+  return std::sqrt(noiseVariance(kPositionWithinDrive, views) + free.variance + free.variance_turn * way + drift);
+}
+
 /// Every leaf of the thing votes for the class that has most points in its footprint, so that the few points of a
 /// neighbour's that lie there do not count.
-ClassWeights viewsAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map_body, double sigma_floor) {
+///
+/// Free space gets what is left of the leaf's vote by the chance that a beam would have hit the leaf.
+PlaceView viewAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map_body, double sigma_floor,
+                 const FreeSpace* free, double drift) {
   const Box box(node.belief, sigma_floor);
   std::vector<const Seen*> around;
   for (Seen& s : seen) {
@@ -118,36 +130,72 @@ ClassWeights viewsAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T
       around.push_back(&s);
     }
   }
-  ClassWeights views;
-  const std::vector<Footprint> footprints = around.empty() ? std::vector<Footprint>{} : footprintsOf(node, sigma_floor);
+  PlaceView view;
+  if (around.empty() && free == nullptr) {
+    return view;
+  }
+  const std::vector<Footprint> footprints = footprintsOf(node, sigma_floor);
+  const double share = 1 / static_cast<double>(std::max<std::size_t>(footprints.size(), 1));
+  const double sigma = free != nullptr ? sigmaOf(node, *free, drift) : 0;
   for (const Footprint& footprint : footprints) {
     const ClassWeights here = pointsIn(footprint, around);
     const auto most = std::ranges::max_element(here, {}, &ClassWeights::value_type::second);
+    const double n = sumOf(here);
     if (most != here.end()) {
-      const double n = sumOf(here);
-      addWeight(views, most->first, n / (n + kHalfVotePoints) / static_cast<double>(footprints.size()));
+      addWeight(view.labels, most->first, n / (n + kHalfVotePoints) * share);
+    }
+    if (free != nullptr) {
+      const Mat3 R = free->T_map_sensor.linear();
+      const BeamCount beams =
+          free->image.beamsAt(free->T_map_sensor.inverse() * footprint.mean, R.transpose() * footprint.cov * R, sigma);
+      const double hits = std::max(n, beams.hits), all = beams.through + beams.hits + beams.hidden;
+      view.taken += hits / (hits + kHalfVotePoints) * share;
+      view.through += kHalfVotePoints / (hits + kHalfVotePoints) * (1 - std::exp(-beams.through)) *
+                      (all > 0 ? beams.through / all : 0) * share;
     }
   }
-  return views;
+  return view;
+}
+
+/// Variance that the way between two keyframes adds, per axis.
+struct Variance {
+  double position = 0, turn = 0;  // m^2, rad^2
+};
+
+Variance varianceOf(const Map& map, KeyframeId id) {
+  const Mat6 cov = map.poseCovariance(id);
+  return {cov.topLeftCorner<3, 3>().trace() / 3, cov.bottomRightCorner<3, 3>().trace() / 3};
 }
 
 }  // namespace
 
 std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
-                                         double radius, double sigma_floor) {
+                                         double radius, double sigma_floor, const FreeSpace* free) {
   std::vector<Seen> seen;
   for (const LocalObject& object : local.objects) {
     seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
   }
   std::vector<ClassEvidence> evidence;
+  const Variance here = free != nullptr ? varianceOf(map, map.keyframes().last()) : Variance{};
   for (const NodeId id : map.near(T_map_body.translation(), radius)) {
     const MapNode& node = *map.find(id);
-    ClassWeights views = node.stuff ? ClassWeights{} : viewsAt(node, seen, T_map_body, sigma_floor);
-    for (auto& [label, amount] : views) {
+    if (node.stuff) {
+      continue;
+    }
+    double drift = 0;
+    if (free != nullptr) {
+      const Variance there = varianceOf(map, node.anchor);
+      drift = std::abs(here.position - there.position) +
+              std::abs(here.turn - there.turn) * (node.belief.mean - T_map_body.translation()).squaredNorm();
+    }
+    PlaceView view = viewAt(node, seen, T_map_body, sigma_floor, free, drift);
+    for (auto& [label, amount] : view.labels) {
       amount *= static_cast<float>(weight);
     }
-    if (!views.empty()) {
-      evidence.push_back({id, std::move(views)});
+    view.through *= weight, view.taken *= weight;
+    view.is_found = free != nullptr && std::ranges::binary_search(free->found, id) ? weight : 0;
+    if (!view.labels.empty() || view.through > 0) {
+      evidence.push_back({id, std::move(view)});
     }
   }
   return evidence;

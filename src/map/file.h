@@ -13,7 +13,8 @@ namespace hgg {
 ///
 ///   file      := magic version frame+
 ///   magic     := 8 bytes "HGGMAP\r\n"          (a text-mode transfer breaks it visibly)
-///   version   := u32, 5, or 6 if a node has looks (5: nodes end before them; 4 is read too: no delay;
+///   version   := u32, 5, or 6 if a node has looks, or 7 if one has seen_through (5: nodes end before looks;
+///                                               4 is read too: no delay;
 ///                                               3: constraints end with is_loop;
 ///                                               2: no constraints, no anchors; 1: no classes either)
 ///   frame     := a zstd frame with content size and content checksum; at most 4 MiB of the payload
@@ -31,7 +32,8 @@ namespace hgg {
 ///   node      := i64 id, u16 label, u8 stuff, 3 x i32 tile, belief, pose T_map_object, i32 views, i64 first_us,
 ///                i64 last_us, i32 anchor (index of a keyframe, -1 for none), u32 count, count x leaf, u16 count,
 ///                count x { u16 class, f32 views }, looks
-///   looks     := u8 bits (1 colour, 2 front), 3 x u8 rgb if bit 1, 3 x f32 front if bit 2: a unit vector, object frame
+///   looks     := u8 bits (1 colour, 2 front, 4 free space), 3 x u8 rgb if bit 1, 3 x f32 front if bit 2: a unit
+///                vector, object frame; f32 seen_through, f32 passed if bit 4 (views; core/class_belief.h)
 ///   belief    := 3 x f64 mean, 6 x f64 covariance (00 11 22 01 02 12), f64 kappa           map frame
 ///   leaf      := 3 x f32 mean, 6 x f32 covariance (same order), f32 kappa                  object frame
 ///   pose      := 3 x f64 translation, 9 x f64 rotation matrix (row-major)

@@ -16,10 +16,10 @@ static_assert(std::endian::native == std::endian::little, "the file is written a
 
 inline constexpr std::string_view kMapMagic = "HGGMAP\r\n";
 inline constexpr std::string_view kMapEnd = "END.";
-/// A map whose nodes have no looks is written in the version without them: its bytes do not depend on what it lacks.
-inline constexpr std::uint32_t kMapVersion = 6, kMapVersionWithoutLooks = 5;
-/// Bits of a node's looks.
-inline constexpr std::uint8_t kHasColour = 1, kHasFront = 2;
+/// A map is written in the oldest of these versions that holds it: its bytes do not depend on what it lacks.
+inline constexpr std::uint32_t kMapVersion = 7, kMapVersionWithoutFreeSpace = 6, kMapVersionWithoutLooks = 5;
+/// Bits of a node's looks, and of what was seen through it.
+inline constexpr std::uint8_t kHasColour = 1, kHasFront = 2, kHasFreeSpace = 4;
 inline constexpr std::size_t kMapFrameBytes = 4U << 20;  // of the payload in one zstd frame
 
 /// Entries of a symmetric matrix in the order of the file.

@@ -95,10 +95,11 @@ ClassBelief getClasses(Reader& r) {
   return classes;
 }
 
-Looks getLooks(Reader& r) {
-  Looks looks;
+void getLooks(Reader& r, std::uint32_t version, MapNode& node) {
+  Looks& looks = node.looks;
   const auto bits = r.get<std::uint8_t>();
-  r.require(bits <= (kHasColour | kHasFront));
+  const int more = version > kMapVersionWithoutFreeSpace ? kHasFreeSpace : 0;
+  r.require(bits <= (kHasColour | kHasFront | more));
   if ((bits & kHasColour) != 0) {
     std::array<std::uint8_t, 3> rgb{};
     for (std::uint8_t& v : rgb) {
@@ -114,7 +115,12 @@ Looks getLooks(Reader& r) {
     r.require(std::abs(front.norm() - 1) < 1e-3);
     looks.front_object = front;
   }
-  return looks;
+  if ((bits & kHasFreeSpace) != 0) {
+    for (float* views : {&node.classes.seen_through, &node.classes.passed}) {
+      *views = r.get<float>();
+      r.require(*views >= 0 && *views <= 1e4F);
+    }
+  }
 }
 
 MapNode getNode(Reader& r, std::uint32_t version) {
@@ -145,7 +151,7 @@ MapNode getNode(Reader& r, std::uint32_t version) {
     addViews(node.classes, {{node.label, static_cast<float>(std::max(node.views, 0))}});
   }
   if (version > kMapVersionWithoutLooks) {
-    node.looks = getLooks(r);
+    getLooks(r, version, node);
   }
   return node;
 }

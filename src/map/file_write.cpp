@@ -94,14 +94,19 @@ class Writer {
 
 bool hasLooks(const MapNode& node) { return node.looks.rgb || node.looks.front_object; }
 
+bool hasFreeSpace(const MapNode& node) { return node.classes.seen_through > 0 || node.classes.passed > 0; }
+
 std::uint32_t versionOf(const Map& map) {
-  return std::ranges::any_of(map.nodes(), [](const auto& entry) { return hasLooks(entry.second); })
-             ? kMapVersion
-             : kMapVersionWithoutLooks;
+  const auto any = [&](auto has) {
+    return std::ranges::any_of(map.nodes(), [&](const auto& entry) { return has(entry.second); });
+  };
+  return any(hasFreeSpace) ? kMapVersion : any(hasLooks) ? kMapVersionWithoutFreeSpace : kMapVersionWithoutLooks;
 }
 
-void putLooks(Writer& w, const Looks& looks) {
-  w.put(static_cast<std::uint8_t>((looks.rgb ? kHasColour : 0) | (looks.front_object ? kHasFront : 0)));
+void putLooks(Writer& w, const MapNode& node) {
+  const Looks& looks = node.looks;
+  w.put(static_cast<std::uint8_t>((looks.rgb ? kHasColour : 0) | (looks.front_object ? kHasFront : 0) |
+                                  (hasFreeSpace(node) ? kHasFreeSpace : 0)));
   if (looks.rgb) {
     for (const std::uint8_t v : *looks.rgb) {
       w.put(v);
@@ -111,6 +116,9 @@ void putLooks(Writer& w, const Looks& looks) {
     for (Eigen::Index i = 0; i < 3; ++i) {
       w.put(static_cast<float>((*looks.front_object)[i]));
     }
+  }
+  if (hasFreeSpace(node)) {
+    w.put(node.classes.seen_through), w.put(node.classes.passed);
   }
 }
 
@@ -139,7 +147,7 @@ void putNode(Writer& w, const MapNode& node, std::uint32_t version) {
     w.put(label), w.put(views);
   }
   if (version > kMapVersionWithoutLooks) {
-    putLooks(w, node.looks);
+    putLooks(w, node);
   }
 }
 

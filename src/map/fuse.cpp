@@ -207,7 +207,7 @@ std::vector<ClassEvidence> believe(const Map& map, const std::vector<ClassEviden
     const auto held = touched.find(e.id);
     const MapNode& before = held != touched.end() ? held->second : *map.find(e.id);
     ClassBelief after = before.classes;
-    addViews(after, e.views);
+    addPlaceView(after, e.view, before.label);
     const ClassId label = likeliestThing(after, classes, before.label);
     if (held == touched.end() && existence(after, label, before.belief.kappa) < kFaded) {
       removed.insert(e.id);
@@ -284,6 +284,8 @@ Belief mergeSymmetrically(const Belief& a, const Belief& b) {
 void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rule) {
   keep.belief = rule(keep.belief, other.belief);
   addViews(keep.classes, other.classes.views);
+  keep.classes.seen_through = std::min(keep.classes.seen_through, other.classes.seen_through);
+  keep.classes.passed += other.classes.passed;
   std::vector<Belief> leaves;
   leaves.reserve(leavesOf(other).size());
   for (const Leaf& leaf : leavesOf(other)) {

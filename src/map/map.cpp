@@ -57,7 +57,8 @@ MapDelta Map::apply(MapUpdate update) {
     insert(std::move(node));
   }
   for (const ClassEvidence& evidence : update.evidence) {
-    addViews(nodes_.at(evidence.id).classes, evidence.views);
+    MapNode& node = nodes_.at(evidence.id);
+    addPlaceView(node.classes, evidence.view, node.label);
     delta.changed.push_back(evidence.id);
   }
   for (MapNode& node : update.created) {

@@ -15,11 +15,11 @@
 
 namespace hgg {
 
-/// How a frame labels the place of a thing: a share of a view for each class. The shares add up to one (or to the
-/// weight of the frame) when the frame sees all of the thing.
+/// What a frame sees at the place of a thing: a share of a view for each class, and for free space. The shares add up
+/// to one (or to the weight of the frame) when the frame sees all of the thing.
 struct ClassEvidence {
   NodeId id = 0;
-  ClassWeights views;
+  PlaceView view;
 };
 
 /// A frame that becomes a keyframe.

@@ -73,5 +73,58 @@ TEST(ClassBelief, AYearOfViewsCanStillBeOutvoted) {
   EXPECT_EQ(likeliestClass(belief, kRoad), kTruck);
 }
 
+/// After `finds` views of a thing, `gone` views through its place.
+double existenceAfter(int finds, int gone) {
+  ClassBelief belief;
+  for (int k = 0; k < finds; ++k) {
+    addPlaceView(belief, {{{kCar, 0.9F}}, 0.9, 0.05, 1}, kCar);
+  }
+  for (int k = 0; k < gone; ++k) {
+    addPlaceView(belief, {{}, 0.05, 0.8, 0}, kCar);
+  }
+  return existence(belief, kCar, 1000);
+}
+
+TEST(FreeSpace, AThingSeenAThousandTimesFadesWithinOneGoodLook) {
+  EXPECT_GT(existenceAfter(1000, 0), 0.9);
+  EXPECT_GT(existenceAfter(1000, 4), 0.9) << "not at once";
+  EXPECT_LT(existenceAfter(1000, 20), 0.5) << "two seconds";
+  EXPECT_LT(existenceAfter(1000, 30), 0.1);
+}
+
+TEST(FreeSpace, ATrailFadesFaster) {
+  EXPECT_GT(existenceAfter(3, 0), 0.5);
+  EXPECT_LT(existenceAfter(3, 4), 0.5);
+}
+
+TEST(FreeSpace, AThingWronglySeenThroughComesBack) {
+  ClassBelief belief = after({{kCar, 50}});
+  for (int k = 0; k < 10; ++k) {
+    addPlaceView(belief, {{}, 0, 0.9, 0}, kCar);
+  }
+  EXPECT_LT(existence(belief, kCar, 1000), 0.5);
+  addPlaceView(belief, {{{kCar, 0.8F}}, 0.8, 0.1, 1}, kCar);
+  EXPECT_GT(existence(belief, kCar, 1000), 0.9);
+}
+
+TEST(FreeSpace, WhatIsTakenUnderAnotherNameIsNotGone) {
+  ClassBelief belief = after({{kCar, 20}});
+  for (int k = 0; k < 40; ++k) {
+    addPlaceView(belief, {{{kRoad, 0.5F}}, 0.6, 0.1, 0}, kCar);
+  }
+  EXPECT_LT(belief.seen_through, 0.5);
+}
+
+TEST(FreeSpace, WhatAlwaysLetBeamsThroughIsNotGoneForIt) {
+  ClassBelief foliage;
+  for (int k = 0; k < 200; ++k) {
+    addPlaceView(foliage, {{{kCar, 0.3F}}, 0.3, 0.5, 1}, kCar);
+  }
+  for (int k = 0; k < 100; ++k) {
+    addPlaceView(foliage, {{}, 0.3, 0.5, 0}, kCar);
+  }
+  EXPECT_GT(existence(foliage, kCar, 1000), 0.9);
+}
+
 }  // namespace
 }  // namespace hgg::class_belief_test

@@ -49,7 +49,7 @@ std::vector<ClassEvidence> evidenceOf(const Map& map, std::vector<LocalObject> o
 Belief precisely(const Belief& leaf) { return unpackLeaf(packLeaf(leaf)); }
 
 double shareOf(const std::vector<ClassEvidence>& evidence, ClassId label) {
-  return weightOf(evidence.at(0).views, label) / sumOf(evidence.at(0).views);
+  return weightOf(evidence.at(0).view.labels, label) / sumOf(evidence.at(0).view.labels);
 }
 
 TEST(ShareOn, IsTheIntegralOfThePointsOverTheSoftWindow) {
@@ -83,9 +83,9 @@ TEST(ClassEvidence, AThingSeenAgainIsEvidenceForItself) {
   const auto evidence = evidenceOf(mapWith(kCar, {leaf}), {objectOf(kCar, {leaf})});
   ASSERT_EQ(evidence.size(), 1U);
   EXPECT_EQ(evidence[0].id, 1);
-  EXPECT_GT(weightOf(evidence[0].views, kCar), 0.9);
-  EXPECT_LT(weightOf(evidence[0].views, kCar), 1);
-  EXPECT_EQ(evidence[0].views.size(), 1U);
+  EXPECT_GT(weightOf(evidence[0].view.labels, kCar), 0.9);
+  EXPECT_LT(weightOf(evidence[0].view.labels, kCar), 1);
+  EXPECT_EQ(evidence[0].view.labels.size(), 1U);
 }
 
 TEST(ClassEvidence, ASliverOnAnotherSurfaceIsThatSurface) {
@@ -103,7 +103,7 @@ TEST(ClassEvidence, WhatReachesOverFromANeighbourDoesNotCount) {
 TEST(ClassEvidence, APieceOfAThingIsAPartOfAView) {
   const Belief left = ball(Vec3(3, 0, 0), 0.2, 500), right = ball(Vec3(3, 4, 0), 0.2, 500);
   const auto evidence = evidenceOf(mapWith(kCar, {left, right}), {objectOf(kPole, {right})});
-  EXPECT_NEAR(weightOf(evidence.at(0).views, kPole), 0.5, 0.01) << "the other half was not looked at";
+  EXPECT_NEAR(weightOf(evidence.at(0).view.labels, kPole), 0.5, 0.01) << "the other half was not looked at";
 }
 
 TEST(ClassEvidence, ViewsFromOnePlaceAreOneView) {
@@ -117,8 +117,8 @@ TEST(ClassEvidence, ViewsFromOnePlaceAreOneView) {
   EXPECT_EQ(viewWeight(step), 1);
   const Belief leaf = ball(Vec3(3, 0, 0), 0.2, 200);
   const Map map = mapWith(kCar, {leaf});
-  EXPECT_NEAR(sumOf(evidenceOf(map, {objectOf(kCar, {leaf})}, rest)[0].views),
-              rest * sumOf(evidenceOf(map, {objectOf(kCar, {leaf})})[0].views), 1e-6);
+  EXPECT_NEAR(sumOf(evidenceOf(map, {objectOf(kCar, {leaf})}, rest)[0].view.labels),
+              rest * sumOf(evidenceOf(map, {objectOf(kCar, {leaf})})[0].view.labels), 1e-6);
 }
 
 TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
@@ -129,6 +129,40 @@ TEST(ClassEvidence, ThingsWithoutPointsAndStuffHaveNone) {
   map.apply(std::move(update));
   EXPECT_TRUE(evidenceOf(map, {objectOf(kRoad, {ball(Vec3(3, 0, 0), 0.5, 100)})}).empty());
   EXPECT_TRUE(evidenceOf(map, {}).empty());
+}
+
+/// What a sensor at the origin sees through that has walls (m along x) of these slopes' widths before it.
+FreeSpace spaceBehind(double wall, double screen = 0) {
+  FreeSpace free{RangeImage(Vec3::Zero()), Pose::Identity()};
+  for (int row = -60; row <= 60; ++row) {
+    for (int column = -60; column <= 60; ++column) {
+      const auto depth = static_cast<float>(screen > 0 ? screen : wall);
+      const auto slope = [&](int k) { return depth * 0.005F * static_cast<float>(k); };
+      free.image.add(depth, slope(column), slope(row));
+    }
+  }
+  return free;
+}
+
+TEST(FreeSpace, AThingTakenAwayIsSeenThroughAndAHiddenOneNever) {
+  const Map map = mapWith(kCar, {ball(Vec3(10, 0, 0), 0.2, 500), ball(Vec3(10, 1, 0), 0.2, 500)});
+  const auto through = [&](const FreeSpace& free) {
+    const auto evidence = classEvidence({}, map, Pose::Identity(), 1, 100, 0.01, &free);
+    return evidence.empty() ? 0 : evidence[0].view.through;
+  };
+  EXPECT_GT(through(spaceBehind(20)), 0.7);
+  EXPECT_EQ(through(spaceBehind(20, 5)), 0) << "behind a nearer one";
+  EXPECT_EQ(through(spaceBehind(10)), 0) << "there";
+  FreeSpace aside = spaceBehind(20);
+  aside.T_map_sensor = Pose(Eigen::AngleAxisd(2, Vec3::UnitZ()));
+  EXPECT_EQ(through(aside), 0) << "out of view";
+}
+
+TEST(FreeSpace, AThingThatTheFrameHasIsFoundWhereverItsPointsAre) {
+  const Map map = mapWith(kCar, {ball(Vec3(10, 0, 0), 0.2, 500)});
+  FreeSpace free = spaceBehind(20);
+  free.found = {1};
+  EXPECT_EQ(classEvidence({}, map, Pose::Identity(), 0.5, 100, 0.01, &free).at(0).view.is_found, 0.5);
 }
 
 }  // namespace

@@ -591,9 +591,23 @@ TEST(MapFile, TheDelayOfOdometryComesBackAndOlderFilesHaveNone) {
   EXPECT_FALSE(decodeMap(encodeMap(map))) << "no delay is that long";
 }
 
+TEST(MapFile, WhatWasSeenThroughComesBackAndMapsWithoutAreWrittenAsBefore) {
+  MapNode node = nodeAt(10, Vec3(1, 2, 3));
+  const std::string before = encodeMap(mapOf({node}));
+  node.classes.seen_through = 2.5F, node.classes.passed = 7;
+  const std::string bytes = encodeMap(mapOf({node}));
+  const auto stored = decodeMap(bytes);
+  ASSERT_TRUE(stored);
+  EXPECT_EQ(stored->map.find(1)->classes.seen_through, 2.5F);
+  EXPECT_EQ(stored->map.find(1)->classes.passed, 7);
+  EXPECT_EQ(encodeMap(stored->map), bytes);
+  EXPECT_EQ(static_cast<int>(bytes[8]), 7);
+  EXPECT_EQ(static_cast<int>(before[8]), 5);
+}
+
 TEST(MapFile, ANewerVersionSaysSo) {
   std::string bytes = encodeMap(sampleMap(10, 3));
-  for (const std::uint32_t version : {0U, 7U, 77U}) {
+  for (const std::uint32_t version : {0U, 8U, 77U}) {
     const auto stored = decodeMap(with(bytes, 8, version));
     EXPECT_FALSE(stored);
     EXPECT_TRUE(mentions(stored.error, "version " + std::to_string(version) + ",")) << stored.error;
