@@ -29,6 +29,7 @@ struct Box {
     const Eigen::Array3d half = kFootprintSigmas * b.cov.diagonal().array().cwiseMax(0).sqrt() + margin;
     low = b.mean.array() - half, high = b.mean.array() + half;
   }
+  bool contains(const Vec3& p) const { return (low <= p.array()).all() && (p.array() <= high).all(); }
   bool meets(const Box& other) const { return (low <= other.high).all() && (other.low <= high).all(); }
 };
 
@@ -148,10 +149,9 @@ PlaceView viewAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map
       const Mat3 R = free->T_map_sensor.linear();
       const BeamCount beams =
           free->image.beamsAt(free->T_map_sensor.inverse() * footprint.mean, R.transpose() * footprint.cov * R, sigma);
-      const double hits = std::max(n, beams.hits), all = beams.through + beams.hits + beams.hidden;
-      view.taken += hits / (hits + kHalfVotePoints) * share;
-      view.through += kHalfVotePoints / (hits + kHalfVotePoints) * (1 - std::exp(-beams.through)) *
-                      (all > 0 ? beams.through / all : 0) * share;
+      const double nobody = std::exp(-std::max(n, beams.ends)), all = beams.through + beams.hits + beams.hidden;
+      view.taken += (1 - nobody) * share;
+      view.through += nobody * (1 - std::exp(-beams.through)) * (all > 0 ? beams.through / all : 0) * share;
     }
   }
   return view;
@@ -204,6 +204,48 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
 double viewWeight(const Pose& T_last_body) {
   const double way = T_last_body.translation().norm(), turn = turnOf(T_last_body);
   return std::clamp(way / kFullWay + turn / kFullTurn, kAtRest, 1.0);
+}
+
+namespace {
+
+/// How many times as many points the node has in the footprints as their leaves bring, on average; no more than it has
+/// views.
+double timesSeen(const MapNode& node, const std::vector<Footprint>& footprints, const Box& box, double sigma_floor) {
+  std::vector<double> points(footprints.size(), 0);
+  for (const Leaf& leaf : leavesOf(node)) {
+    const Footprint piece = footprintOf(node.T_map_object, unpackLeaf(leaf), sigma_floor);
+    if (box.contains(piece.mean)) {
+      for (std::size_t k = 0; k < footprints.size(); ++k) {
+        points[k] += piece.kappa * shareIn(footprints[k], piece);
+      }
+    }
+  }
+  double times = 0;
+  for (std::size_t k = 0; k < footprints.size(); ++k) {
+    times += std::min<double>(points[k] / (kCoincident * footprints[k].kappa), node.views);
+  }
+  return times / static_cast<double>(std::max<std::size_t>(footprints.size(), 1));
+}
+
+}  // namespace
+
+ClassWeights viewsAsStuff(const Map& map, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
+  const Belief thing = transform(T_map_body, object.belief);
+  const Box box(thing, sigma_floor);
+  const std::vector<Footprint> own = footprintsOf(object, T_map_body, sigma_floor);
+  ClassWeights views;
+  // A tile's mean may lie as far away as the tile's corner is from its middle.
+  const double reach = std::sqrt(3.0) * map.tileSize() + kFootprintSigmas * std::sqrt(thing.cov.trace());
+  for (const NodeId id : map.near(thing.mean, reach)) {
+    const MapNode& node = *map.find(id);
+    if (!node.stuff || !box.meets(Box(node.belief, sigma_floor))) {
+      continue;
+    }
+    if (const double times = timesSeen(node, own, box, sigma_floor); times > 0) {
+      addWeight(views, node.label, times);
+    }
+  }
+  return views;
 }
 
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {

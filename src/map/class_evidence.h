@@ -31,6 +31,11 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
 /// night in front of a thing that its segmenter mistakes does not unlearn the thing.
 double viewWeight(const Pose& T_last_body);
 
+/// Views of the place of a new thing from before it was one: of each stuff class, how many times as many points the map
+/// has in the footprints of the object's leaves as the object brings, on average over the leaves. A wall that was seen
+/// fifty times, and now passes for a trunk, has been no trunk fifty times. Reads active nodes.
+ClassWeights viewsAsStuff(const Map& map, const LocalObject& object, const Pose& T_map_body, double sigma_floor);
+
 /// Share of the points of `object` (body frame) that lie on the surface of `node` (0 .. 1), that is in the footprints
 /// of its leaves. A leaf of the object counts in full when as much of it lies in them as would lie in its own
 /// footprint.

@@ -6,6 +6,7 @@
 
 #include "core/spd.h"
 #include "map/class_evidence.h"
+#include "map/stuff_surface.h"
 
 namespace hgg {
 namespace {
@@ -103,7 +104,11 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
       node_of[i] = mistaken != nullptr ? mistaken->id : 0;
     }
     if (node_of[i] == 0) {
-      touched[next_new--] = createNode(object, T_map_body, local.utime_us, merging);
+      MapNode& node = touched[next_new--] = createNode(object, T_map_body, local.utime_us, merging);
+      if (!object.stuff) {
+        addViews(node.classes, viewsAsStuff(map, object, T_map_body, config.creation.sigma_floor));
+        addViews(node.classes, viewsOfPlane(local, object, config.creation.sigma_floor));
+      }
     } else {
       MapNode& node = touched.try_emplace(node_of[i], *map.find(node_of[i])).first->second;
       observe(node, object, T_map_body, local.utime_us, merging);

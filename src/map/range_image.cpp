@@ -83,12 +83,13 @@ BeamCount RangeImage::beamsAt(const Vec3& p_sensor, const Mat3& cov, double sigm
         continue;
       }
       const Vec2 d = Vec2(column + 0.5, row + 0.5) - middle;
-      const double beams = bin.beams * chance * std::exp(-0.5 * d.dot(inverse * d));
+      const double about = bin.beams * std::exp(-0.5 * d.dot(inverse * d)), beams = chance * about;
+      count.ends += nearest >= before && nearest <= behind ? about : 0;
       (nearest > behind ? count.through : nearest < before ? count.hidden : count.hits) += beams;
     }
   }
   const double sampled = rows.step * columns.step;
-  count.through *= sampled, count.hits *= sampled, count.hidden *= sampled;
+  count.through *= sampled, count.hits *= sampled, count.hidden *= sampled, count.ends *= sampled;
   return count;
 }
 

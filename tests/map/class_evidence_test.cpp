@@ -144,6 +144,25 @@ FreeSpace spaceBehind(double wall, double screen = 0) {
   return free;
 }
 
+TEST(ViewsAsStuff, AreTheTimesTheWallHasAsManyPointsThere) {
+  const std::vector<Belief> patch{ball({5, 0, 1}, 0.1, 30), ball({5, 0.5, 1}, 0.1, 30)};
+  MapNode wall = nodeAt(kRoad, {5, 0, 1});
+  wall.stuff = true, wall.views = 40;
+  wall.T_map_object = Pose::Identity();
+  wall.belief = ball({5, 0.25, 1}, 0.3, 600);
+  for (Belief leaf : patch) {
+    leaf.kappa = 300;  // ten frames' worth
+    addLeaf(wall, packLeaf(leaf));
+  }
+  const auto viewsOn = [&](std::int32_t views) {
+    wall.views = views;
+    return viewsAsStuff(mapOf({wall}), objectOf(kCar, patch), Pose::Identity(), 0.001);
+  };
+  EXPECT_NEAR(weightOf(viewsOn(40), kRoad), 10, 0.5);
+  EXPECT_NEAR(weightOf(viewsOn(4), kRoad), 4, 1e-6) << "no more than it was seen";
+  EXPECT_TRUE(viewsAsStuff(mapOf({wall}), objectOf(kCar, {ball({5, 3, 1}, 0.1, 30)}), Pose::Identity(), 0.001).empty());
+}
+
 TEST(FreeSpace, AThingTakenAwayIsSeenThroughAndAHiddenOneNever) {
   const Map map = mapWith(kCar, {ball(Vec3(10, 0, 0), 0.2, 500), ball(Vec3(10, 1, 0), 0.2, 500)});
   const auto through = [&](const FreeSpace& free) {

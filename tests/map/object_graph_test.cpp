@@ -123,7 +123,7 @@ MapUpdate someUpdate(std::mt19937& random, const Map& map, Placement place, int 
       update.changed.back().belief.cov = randomSpd(random, 1e-3);
       update.changed.back().label = static_cast<ClassId>(kCar + below(random, 3));
     } else if (fate == 6) {
-      update.evidence.push_back({id, {{node.label, 3000.0F}}});  // confirmed from now on
+      update.evidence.push_back({id, PlaceView{.labels = {{node.label, 3000.0F}}}});  // confirmed from now on
       continue;
     } else {
       continue;
