@@ -210,7 +210,11 @@ std::vector<ClassEvidence> believe(const Map& map, const std::vector<ClassEviden
   std::vector<ClassEvidence> rest;
   for (const ClassEvidence& e : evidence) {
     const auto held = touched.find(e.id);
-    const MapNode& before = held != touched.end() ? held->second : *map.find(e.id);
+    const MapNode* known = held != touched.end() ? &held->second : map.find(e.id);
+    if (known == nullptr) {
+      continue;
+    }
+    const MapNode& before = *known;
     ClassBelief after = before.classes;
     addPlaceView(after, e.view, before.label);
     const ClassId label = likeliestThing(after, classes, before.label);
