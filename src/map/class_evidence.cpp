@@ -138,6 +138,7 @@ PlaceView viewAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map
   const std::vector<Footprint> footprints = footprintsOf(node, sigma_floor);
   const double share = 1 / static_cast<double>(std::max<std::size_t>(footprints.size(), 1));
   const double sigma = free != nullptr ? sigmaOf(node, *free, drift) : 0;
+  const Pose T_sensor_map = free != nullptr ? free->T_map_sensor.inverse() : Pose::Identity();
   for (const Footprint& footprint : footprints) {
     const ClassWeights here = pointsIn(footprint, around);
     const auto most = std::ranges::max_element(here, {}, &ClassWeights::value_type::second);
@@ -146,9 +147,9 @@ PlaceView viewAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map
       addWeight(view.labels, most->first, n / (n + kHalfVotePoints) * share);
     }
     if (free != nullptr) {
-      const Mat3 R = free->T_map_sensor.linear();
+      const Mat3 R = T_sensor_map.linear();
       const BeamCount beams =
-          free->image.beamsAt(free->T_map_sensor.inverse() * footprint.mean, R.transpose() * footprint.cov * R, sigma);
+          free->image.beamsAt(T_sensor_map * footprint.mean, R * footprint.cov * R.transpose(), sigma);
       const double nobody = std::exp(-std::max(n, beams.ends)), all = beams.through + beams.hits + beams.hidden;
       view.taken += (1 - nobody) * share;
       view.through += nobody * (1 - std::exp(-beams.through)) * (all > 0 ? beams.through / all : 0) * share;

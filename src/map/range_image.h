@@ -14,7 +14,7 @@ struct BeamCount {
   double through = 0;  // ended clearly behind it
   double hits = 0;     // ended in it
   double hidden = 0;   // ended before it
-  double ends = 0;     // ended about where it is: each counts as near to it as it is, whatever the chance was
+  double ends = 0;     // ended about where it is, each by how near to its middle, whatever the chance of a hit was
 };
 
 /// Where the beams of one frame ended, whatever they hit: the number of beams and the nearest end of each bin of the
