@@ -9,8 +9,8 @@
 namespace hgg {
 namespace {
 
-/// A metre of the worst ground costs as much as this many of good ground: the robot walks around it for as long.
-constexpr double kWorstFactor = 4;
+/// A metre of the worst ground costs as much as this many of good ground: the robot takes no longer way around it.
+constexpr double kWorstFactor = 2;
 
 /// True when a blocked surface concerns a robot that stands beside it at `height`: it is ground there, or stands or
 /// hangs where the body is.

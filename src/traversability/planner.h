@@ -32,7 +32,7 @@ struct Plan {
 };
 
 /// The cheapest way for a robot of the limits' footprint: A* over the surfaces of the grid. A metre of well-known flat
-/// ground costs a metre; bad or hardly known ground up to kWorstFactor times as much (planner.cpp). The robot's
+/// ground costs a metre; bad or hardly known ground up to kWorstFactor times as much (foothold.cpp). The robot's
 /// centre keeps the footprint radius from everything it cannot walk on.
 Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const PlanRequest& request);
 
