@@ -1,0 +1,159 @@
+#include "region/regions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "core/neighborhood.h"
+#include "region/floor_plan.h"
+#include "region/groups.h"
+#include "region/region_name.h"
+
+namespace hgg {
+namespace {
+
+/// Offsets of the cells within a reach, the nearest first.
+std::vector<std::pair<int, int>> cellsWithin(int reach) {
+  std::vector<std::pair<int, int>> offsets;
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) {
+      offsets.emplace_back(x, y);
+    }
+  }
+  std::ranges::stable_sort(offsets, {}, [](const auto& o) { return o.first * o.first + o.second * o.second; });
+  return offsets;
+}
+
+/// Finds the space that a place is in: that of the nearest ground below it which is in one.
+class SpaceFinder {
+ public:
+  explicit SpaceFinder(const FloorPlan& plan)
+      : plan_(plan), offsets_(cellsWithin(static_cast<int>(kReach / plan.shape.resolution))) {}
+
+  /// -1 where there is none.
+  std::int32_t at(const Vec3& p) const {
+    const std::int32_t column = plan_.shape.columnOf(p.x()), row = plan_.shape.rowOf(p.y());
+    for (const auto& [x, y] : offsets_) {
+      for (const PlanCell& cell : plan_.at(column + x, row + y)) {
+        const double above = p.z() - static_cast<double>(cell.height);
+        if (cell.space >= 0 && above > -kBelow && above < kAbove) {
+          return cell.space;
+        }
+      }
+    }
+    return -1;
+  }
+
+ private:
+  static constexpr double kReach = 1.5;              // m
+  static constexpr double kBelow = 0.5, kAbove = 4;  // m: a thing is no lower than its ground, and in its storey
+
+  const FloorPlan& plan_;
+  std::vector<std::pair<int, int>> offsets_;
+};
+
+/// The space that most of a thing's points are in; -1 where no ground is near.
+std::int32_t spaceOf(const MapNode& node, const SpaceFinder& finder) {
+  std::map<std::int32_t, double> points;
+  for (const Leaf& leaf : leavesOf(node)) {
+    const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
+    points[finder.at(b.mean)] += b.kappa;
+  }
+  points.erase(-1);
+  const auto most = std::ranges::max_element(points, {}, [](const auto& entry) { return entry.second; });
+  return most == points.end() ? -1 : most->first;
+}
+
+/// How much of each class's things a region holds.
+using Shares = std::map<ClassId, double>;
+
+Shares sharesOf(const Map& map, const Region& region) {
+  Shares shares;
+  for (const NodeId id : region.objects) {
+    shares[map.find(id)->label] += 1.0 / static_cast<double>(region.objects.size());
+  }
+  return shares;
+}
+
+/// S2 of eq. rel_weights for nodes of many classes: 0 for equal shares, 1 for none in common.
+double disagreement(const Shares& a, const Shares& b) {
+  double common = 0;
+  for (const auto& [label, share] : a) {
+    const auto it = b.find(label);
+    common += it == b.end() ? 0 : std::min(share, it->second);
+  }
+  return 1 - common;
+}
+
+std::vector<Edge> edgesOf(const Map& map, const std::vector<Region>& regions, const EdgeModel& model) {
+  std::vector<Vec3> means;
+  std::vector<Shares> shares;
+  for (const Region& region : regions) {
+    means.push_back(region.belief.mean);
+    shares.push_back(sharesOf(map, region));
+  }
+  const auto pairs = relativeNeighborhood(means);
+  std::vector<double> s1;
+  for (const auto& [i, j] : pairs) {
+    s1.push_back(edgeDistance(regions[static_cast<std::size_t>(i)].belief, regions[static_cast<std::size_t>(j)].belief,
+                              model.sigma_floor));
+  }
+  const double largest = s1.empty() ? 1 : std::max(*std::ranges::max_element(s1), 1e-12);
+  std::vector<Edge> edges;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const auto i = static_cast<std::size_t>(pairs[k].first), j = static_cast<std::size_t>(pairs[k].second);
+    const double c = model.geometry_share;
+    edges.push_back({regions[i].id, regions[j].id,
+                     static_cast<float>(c * s1[k] / largest + (1 - c) * disagreement(shares[i], shares[j]))});
+  }
+  return edges;
+}
+
+Region regionOf(const Map& map, std::vector<NodeId> objects) {
+  Region region;
+  std::ranges::sort(objects);
+  region.id = objects.front();
+  for (const NodeId id : objects) {
+    region.belief = merge(region.belief, map.find(id)->belief);
+  }
+  region.objects = std::move(objects);
+  region.name = regionName(map, region.objects);
+  return region;
+}
+
+/// Things under one roof are one group; things in the open are grouped by how they stand.
+std::vector<std::vector<NodeId>> groupsOf(const Map& map, const FloorPlan& plan) {
+  const SpaceFinder finder(plan);
+  std::map<std::int32_t, std::vector<NodeId>> of_space;
+  for (const auto& [id, node] : map.nodes()) {
+    if (!node.stuff && isConfirmed(node)) {
+      of_space[spaceOf(node, finder)].push_back(id);
+    }
+  }
+  std::vector<std::vector<NodeId>> groups;
+  for (auto& [space, ids] : of_space) {
+    if (space >= 0 && plan.spaces[static_cast<std::size_t>(space)].has_roof) {
+      groups.push_back(std::move(ids));
+    } else {
+      std::ranges::move(groupInTheOpen(map, ids), std::back_inserter(groups));
+    }
+  }
+  return groups;
+}
+
+}  // namespace
+
+Regions findRegions(const Map& map, const EdgeModel& model) {
+  FloorPlan plan = buildFloorPlan(map);
+  cutIntoSpaces(plan);
+  Regions found;
+  for (std::vector<NodeId>& objects : groupsOf(map, plan)) {
+    found.regions.push_back(regionOf(map, std::move(objects)));
+  }
+  std::ranges::sort(found.regions, {}, &Region::id);
+  found.edges = edgesOf(map, found.regions, model);
+  return found;
+}
+
+}  // namespace hgg

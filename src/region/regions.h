@@ -1,0 +1,12 @@
+#pragma once
+
+#include "map/map.h"
+#include "map/region.h"
+
+namespace hgg {
+
+/// Groups the confirmed things of a map, whose leaves must be in memory. Nothing but the graph is read: leaves and
+/// where they were seen from. The same things give the same regions, in whatever order they came into the map.
+Regions findRegions(const Map& map, const EdgeModel& model);
+
+}  // namespace hgg
