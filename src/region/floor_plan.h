@@ -24,7 +24,7 @@ struct PlanCell {
 struct Space {
   std::int32_t cells = 0;
   double room = 0;      // m, to the nearest wall in its middle
-  bool has_roof = false;
+  double roofed = 0;    // share of it under a roof, as far as that was seen
 };
 
 /// The ground of a map with its walls, cut into spaces.
@@ -52,5 +52,11 @@ FloorPlan buildFloorPlan(const Map& map);
 /// rooms outwards. Where two basins meet they are one if the way between them is at least kDoor times as wide as the
 /// narrower of them.
 void cutIntoSpaces(FloorPlan& plan);
+
+/// True for spaces with a roof in which somebody could stand.
+bool isRoom(const FloorPlan& plan, std::int32_t space);
+
+/// True where the straight line from one place to the other, seen from above, crosses a wall.
+bool isWallBetween(const FloorPlan& plan, const Vec3& a, const Vec3& b);
 
 }  // namespace hgg

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <span>
 
 #include "core/neighborhood.h"
 #include "region/floor_plan.h"
@@ -122,21 +123,62 @@ Region regionOf(const Map& map, std::vector<NodeId> objects) {
   return region;
 }
 
-/// Things under one roof are one group; things in the open are grouped by how they stand.
-std::vector<std::vector<NodeId>> groupsOf(const Map& map, const FloorPlan& plan) {
-  const SpaceFinder finder(plan);
-  std::map<std::int32_t, std::vector<NodeId>> of_space;
-  for (const auto& [id, node] : map.nodes()) {
-    if (!node.stuff && isConfirmed(node)) {
-      of_space[spaceOf(node, finder)].push_back(id);
+/// A thing without ground of its own, as where no floor was seen below it, with the nearest thing of a room that no
+/// wall hides from it.
+std::optional<std::int32_t> spaceInSight(const Vec3& mean, const FloorPlan& plan,
+                                         std::span<const std::pair<Vec3, std::int32_t>> placed) {
+  constexpr double kReach = 5;  // m: across a room
+  std::optional<std::int32_t> space;
+  double nearest = kReach;
+  for (const auto& [other, of] : placed) {
+    const double distance = (other - mean).norm();
+    if (distance < nearest && !isWallBetween(plan, mean, other)) {
+      nearest = distance;
+      space = of;
     }
   }
-  std::vector<std::vector<NodeId>> groups;
-  for (auto& [space, ids] : of_space) {
-    if (space >= 0 && plan.spaces[static_cast<std::size_t>(space)].has_roof) {
-      groups.push_back(std::move(ids));
+  return space;
+}
+
+using Groups = std::vector<std::vector<NodeId>>;
+
+/// Things under one roof are one group; things in the open are grouped by how they stand.
+Groups groupsOf(const Map& map, const FloorPlan& plan) {
+  const SpaceFinder finder(plan);
+  std::map<std::int32_t, std::vector<NodeId>> rooms;
+  std::vector<std::pair<Vec3, std::int32_t>> placed;
+  std::vector<NodeId> others;
+  for (const auto& [id, node] : map.nodes()) {
+    if (node.stuff || !isConfirmed(node)) {
+      continue;
+    }
+    const std::int32_t space = spaceOf(node, finder);
+    if (space >= 0 && isRoom(plan, space)) {
+      rooms[space].push_back(id);
+      placed.emplace_back(node.belief.mean, space);
     } else {
-      std::ranges::move(groupInTheOpen(map, ids), std::back_inserter(groups));
+      others.push_back(id);
+    }
+  }
+  std::vector<NodeId> open;
+  std::vector<Belief> beliefs;
+  for (const NodeId id : others) {
+    const Belief& belief = map.find(id)->belief;
+    if (const auto space = spaceInSight(belief.mean, plan, placed)) {
+      rooms[*space].push_back(id);
+    } else {
+      open.push_back(id);
+      beliefs.push_back(belief);
+    }
+  }
+  Groups groups;
+  for (auto& [space, ids] : rooms) {
+    groups.push_back(std::move(ids));
+  }
+  for (const std::vector<int>& members : groupInTheOpen(beliefs)) {
+    groups.emplace_back();
+    for (const int k : members) {
+      groups.back().push_back(open[static_cast<std::size_t>(k)]);
     }
   }
   return groups;

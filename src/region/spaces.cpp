@@ -11,7 +11,7 @@ namespace {
 constexpr double kDoor = 0.72;
 /// Half of the width that a person needs, m: what is narrower is a part of what is beside it.
 constexpr double kPerson = 0.35;
-constexpr double kRoofed = 0.25;  // share of a space under a roof from which on it is a room: sensors see part of it
+constexpr double kRoofed = 0.1;  // share of a space under a roof from which on it is a room: sensors see part of it
 
 /// Sets of cells that grow together.
 class Basins {
@@ -107,8 +107,27 @@ void cutIntoSpaces(FloorPlan& plan) {
     roofed[static_cast<std::size_t>(space)] += cell.has_roof ? 1 : 0;
   }
   for (std::size_t s = 0; s < plan.spaces.size(); ++s) {
-    plan.spaces[s].has_roof = roofed[s] >= kRoofed * plan.spaces[s].cells;
+    plan.spaces[s].roofed = static_cast<double>(roofed[s]) / plan.spaces[s].cells;
   }
+}
+
+bool isRoom(const FloorPlan& plan, std::int32_t space) {
+  const Space& s = plan.spaces[static_cast<std::size_t>(space)];
+  return s.roofed >= kRoofed && s.room >= kPerson;
+}
+
+bool isWallBetween(const FloorPlan& plan, const Vec3& a, const Vec3& b) {
+  constexpr double kStorey = 3;  // m: walls of other storeys are not between
+  const int steps = static_cast<int>(2 * (b - a).head<2>().norm() / plan.shape.resolution) + 1;
+  for (int k = 0; k <= steps; ++k) {
+    const Vec3 p = a + (b - a) * k / steps;
+    for (const PlanCell& cell : plan.at(plan.shape.columnOf(p.x()), plan.shape.rowOf(p.y()))) {
+      if (cell.is_wall && std::abs(p.z() - static_cast<double>(cell.height)) < kStorey) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace hgg
