@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <set>
 
-#include "core/spd.h"
-#include "core/units.h"
-#include "map/geometry.h"
-#include "traversability/columns.h"
+#include "region/furniture.h"
+#include "region/surfaces.h"
 #include "traversability/cost_grid.h"
-#include "traversability/point_density.h"
 
 namespace hgg {
 namespace {
@@ -22,89 +17,17 @@ constexpr double kStep = 0.5;        // m: cells beside each other that are fart
 constexpr double kStorey = 1.8;      // m: what lies nearer above ground is furniture on it, no other storey
 /// What stands between these heights above the ground is a wall: below are kerbs and sills, above are lintels. m
 constexpr double kWallBottom = 0.3, kWallTop = 1.8;
-constexpr double kBlock = 4;      // m
-constexpr double kRoofed = 0.2;   // area of a roof to that of the ground: sensors see a part of either
 constexpr double kOverhead = 1.8;  // m above the ground: what lies there is a roof
-constexpr double kWayRound = 1.0, kSmallRoom = 5.0;  // m, from corner to corner
 constexpr double kGap = 0.5;       // m: ground that was not seen between ground that was, as below furniture
 
 constexpr std::pair<int, int> kWays[] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}};
-
-/// The surfaces of stuff, by what they are to somebody who walks.
-struct Surfaces {
-  std::vector<LeafSheet> ground, standing, overhead;
-};
-
-/// False for clouds of points: crowns of trees, and leaves that bridge a corner or a gap. A wall of 0.3 m that was seen
-/// from both sides is 0.09 m deep.
-bool isFlat(const LeafSheet& sheet) {
-  constexpr double kFlat = 3;        // times as wide as thick
-  constexpr double kThickest = 0.1;  // m, standard deviation
-  return sheet.thickness < kThickest && sheet.half_across > kFlat * sheet.thickness;
-}
-
-bool isLevel(const LeafSheet& sheet) {
-  constexpr double kSlope = 0.7;  // cosine of 45 degrees
-  return std::abs(sheet.normal.z()) > kSlope;
-}
-
-Surfaces surfacesOf(const Map& map) {
-  std::vector<PlacedSheet> all;
-  PointDensity density;
-  for (const auto& [id, node] : map.nodes()) {
-    if (node.stuff && isConfirmed(node)) {
-      const NodeView view = viewOf(map, node);
-      for (const Leaf& leaf : leavesOf(node)) {
-        all.push_back(placeLeaf(leaf, view));
-        density.add(all.back().sheet);
-      }
-    }
-  }
-  Surfaces surfaces;
-  for (const PlacedSheet& placed : all) {
-    if (isFlat(placed.sheet) && density.believes(placed.sheet)) {
-      (placed.carries ? surfaces.ground : isLevel(placed.sheet) ? surfaces.overhead : surfaces.standing)
-          .push_back(placed.sheet);
-    }
-  }
-  return surfaces;
-}
-
-/// Keeps what lies where a roof was seen, or beside it: in the open no walls make rooms, and it would take long.
-void keepUnderRoofs(Surfaces& surfaces) {
-  struct Areas {
-    double ground = 0, overhead = 0;  // m^2
-  };
-  using Block = std::pair<std::int64_t, std::int64_t>;
-  const auto blockOf = [](const LeafSheet& sheet) {
-    return Block(std::llround(sheet.centre.x() / kBlock), std::llround(sheet.centre.y() / kBlock));
-  };
-  std::map<Block, Areas> blocks;
-  for (const LeafSheet& sheet : surfaces.ground) {
-    blocks[blockOf(sheet)].ground += areaOf(sheet, 0);
-  }
-  for (const LeafSheet& sheet : surfaces.overhead) {
-    blocks[blockOf(sheet)].overhead += areaOf(sheet, 0);
-  }
-  std::set<Block> kept;
-  for (const auto& [block, areas] : blocks) {
-    if (areas.overhead > kRoofed * areas.ground) {
-      for (const auto& [x, y] : kWays) {
-        kept.emplace(block.first + x, block.second + y);
-      }
-      kept.insert(block);
-    }
-  }
-  for (std::vector<LeafSheet>* sheets : {&surfaces.ground, &surfaces.standing, &surfaces.overhead}) {
-    std::erase_if(*sheets, [&](const LeafSheet& sheet) { return !kept.contains(blockOf(sheet)); });
-  }
-}
 
 /// A height of the ground in a cell of the grid.
 struct GroundHeight {
   std::int32_t cell;
   float z;
-  auto operator<=>(const GroundHeight&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
+  auto operator<=>(const GroundHeight&) const =
+      default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
 };
 
 /// The grid's columns while cells are still added.
@@ -193,7 +116,7 @@ void widen(GroundColumns& columns) {
   }
 }
 
-void addWalls(const Surfaces& surfaces, GroundColumns& columns) {
+void addWalls(const StuffSurfaces& surfaces, GroundColumns& columns) {
   for (const LeafSheet& sheet : surfaces.standing) {
     forEachSample(sheet, columns.shape().resolution / 2, [&](const Vec3& p) {
       columns.forEachAt(p, [&](PlanCell& cell) {
@@ -208,82 +131,6 @@ void addWalls(const Surfaces& surfaces, GroundColumns& columns) {
         cell.has_roof = cell.has_roof || p.z() - static_cast<double>(cell.height) > kOverhead;
       });
     });
-  }
-}
-
-/// Connected cells of wall.
-struct WallPiece {
-  std::vector<std::size_t> cells;
-  std::int32_t columns[2], rows[2];  // least and largest
-  float height = 0;                  // m, map frame
-};
-
-WallPiece pieceAt(std::size_t first, const GroundColumns& columns, std::span<const PlanCell> cells,
-                  std::vector<bool>& done) {
-  const PlanCell& start = cells[first];
-  WallPiece piece{{first}, {start.column, start.column}, {start.row, start.row}, start.height};
-  done[first] = true;
-  for (std::size_t i = 0; i < piece.cells.size(); ++i) {
-    const PlanCell& from = cells[piece.cells[i]];
-    piece.columns[0] = std::min(piece.columns[0], from.column), piece.columns[1] = std::max(piece.columns[1], from.column);
-    piece.rows[0] = std::min(piece.rows[0], from.row), piece.rows[1] = std::max(piece.rows[1], from.row);
-    for (const auto& [x, y] : kWays) {
-      const std::int32_t next = columns.find(from.column + x, from.row + y, static_cast<double>(from.height));
-      const auto n = static_cast<std::size_t>(next);
-      if (next >= 0 && cells[n].is_wall && !done[n]) {
-        done[n] = true;
-        piece.cells.push_back(n);
-      }
-    }
-  }
-  return piece;
-}
-
-/// True for pieces about as wide as long, and false for straight walls, however they are turned.
-bool isCompact(const WallPiece& piece, std::span<const PlanCell> cells) {
-  constexpr double kLeastWidth = 0.25;  // of the length
-  Moments moments(Vec3(piece.columns[0], piece.rows[0], 0));
-  for (const std::size_t k : piece.cells) {
-    moments.add(cells[k].column, cells[k].row, 0);
-  }
-  const Vec3 squares = eigenSymmetric(moments.belief().cov).values;
-  return squares[1] > square(kLeastWidth) * squares[2];
-}
-
-/// True where ground was seen all around the piece.
-bool isIsland(const WallPiece& piece, const GroundColumns& columns, std::size_t seen) {
-  constexpr int kBeside = 3;            // cells
-  constexpr double kAllAround = 0.8;    // share
-  int ground = 0, around = 0;
-  const auto look = [&](std::int32_t column, std::int32_t row) {
-    const std::int32_t k = columns.find(column, row, static_cast<double>(piece.height));
-    ground += k >= 0 && static_cast<std::size_t>(k) < seen ? 1 : 0, ++around;
-  };
-  for (std::int32_t column = piece.columns[0] - kBeside; column <= piece.columns[1] + kBeside; ++column) {
-    look(column, piece.rows[0] - kBeside), look(column, piece.rows[1] + kBeside);
-  }
-  for (std::int32_t row = piece.rows[0] - kBeside; row <= piece.rows[1] + kBeside; ++row) {
-    look(piece.columns[0] - kBeside, row), look(piece.columns[1] + kBeside, row);
-  }
-  return ground >= kAllAround * around;
-}
-
-/// Takes away what is called a wall and is none: what is less than kWayRound across, as are the edges of furniture and
-/// points with a wrong label, and what is smaller than a room and stands alone, as pillars, counters and stairs do.
-void removeFurniture(GroundColumns& columns, std::size_t seen) {
-  std::vector<PlanCell>& cells = columns.cells();
-  std::vector<bool> done(cells.size(), false);
-  for (std::size_t k = 0; k < cells.size(); ++k) {
-    if (!cells[k].is_wall || done[k]) {
-      continue;
-    }
-    const WallPiece piece = pieceAt(k, columns, cells, done);
-    const double across = columns.shape().resolution * std::hypot(piece.columns[1] - piece.columns[0],
-                                                                  piece.rows[1] - piece.rows[0]);
-    if (across < kWayRound ||
-        (across < kSmallRoom && isCompact(piece, cells) && isIsland(piece, columns, seen))) {
-      std::ranges::for_each(piece.cells, [&](std::size_t i) { cells[i].is_wall = false; });
-    }
   }
 }
 
@@ -353,8 +200,7 @@ void measureRoom(FloorPlan& plan) {
         continue;
       }
       PlanCell& cell = plan.cells[static_cast<std::size_t>(next)];
-      const double distance =
-          plan.shape.resolution * std::hypot(cell.column - source.column, cell.row - source.row);
+      const double distance = plan.shape.resolution * std::hypot(cell.column - source.column, cell.row - source.row);
       if (static_cast<float>(distance) < cell.room) {
         cell.room = static_cast<float>(distance);
         wall[static_cast<std::size_t>(next)] = wall[k];
@@ -366,7 +212,7 @@ void measureRoom(FloorPlan& plan) {
 
 }  // namespace
 
-FloorPlan buildFloorPlan(const Map& map) {
+FloorPlan buildFloorPlan(const MapLeaves& map) {
   FloorPlan plan;
   const auto region = regionOf(map);
   if (!region) {
@@ -378,23 +224,22 @@ FloorPlan buildFloorPlan(const Map& map) {
     return plan;
   }
   plan.shape = *shape;
-  Surfaces surfaces = surfacesOf(map);
+  StuffSurfaces surfaces = surfacesOf(map);
   keepUnderRoofs(surfaces);
   GroundColumns columns(plan.shape);
   addSeenGround(surfaces.ground, columns);
   const std::size_t seen = columns.cells().size();
   widen(columns);
   addWalls(surfaces, columns);
-  removeFurniture(columns, seen);
   const std::vector<bool> fringe = isFringe(columns, columns.cells(), seen);
   for (std::size_t k = 0; k < fringe.size(); ++k) {
     if (!fringe[k]) {
       plan.cells.push_back(columns.cells()[k]);
+      plan.cells.back().was_seen = k < seen;
     }
   }
-  std::ranges::sort(plan.cells, {}, [&](const PlanCell& c) {
-    return std::pair(plan.shape.cell(c.column, c.row), c.height);
-  });
+  std::ranges::sort(plan.cells, {},
+                    [&](const PlanCell& c) { return std::pair(plan.shape.cell(c.column, c.row), c.height); });
   plan.first.assign(static_cast<std::size_t>(plan.shape.cells()) + 1, 0);
   for (const PlanCell& c : plan.cells) {
     ++plan.first[static_cast<std::size_t>(plan.shape.cell(c.column, c.row)) + 1];
@@ -403,6 +248,7 @@ FloorPlan buildFloorPlan(const Map& map) {
     plan.first[k] += plan.first[k - 1];
   }
   findNeighbors(plan);
+  removeFurniture(plan);
   measureRoom(plan);
   return plan;
 }

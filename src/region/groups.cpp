@@ -10,7 +10,8 @@
 namespace hgg {
 namespace {
 
-constexpr double kWider = 3;      // times the usual gap: then it separates
+constexpr double kWider = 2;       // times the usual gap: then it separates
+constexpr double kUnsure = 2;      // gaps: what is usual in a group of so few is known to its own size only
 constexpr double kLeastGap = 1.0;  // m: what is closer is beside each other, however close
 
 /// Groups that grow, with the gaps that were closed inside of each.
@@ -27,7 +28,8 @@ class GrowingGroups {
     return k;
   }
   bool mayTake(std::size_t group, double gap) const {
-    return closed_[group] == 0 || gap <= kWider * gaps_[group] / closed_[group];
+    const double n = closed_[group];
+    return n == 0 || gap <= kWider * (1 + kUnsure / n) * gaps_[group] / n;
   }
   void join(std::size_t a, std::size_t b, double gap) {
     const auto [first, second] = std::minmax(a, b);

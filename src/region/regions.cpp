@@ -38,7 +38,7 @@ class SpaceFinder {
     for (const auto& [x, y] : offsets_) {
       for (const PlanCell& cell : plan_.at(column + x, row + y)) {
         const double above = p.z() - static_cast<double>(cell.height);
-        if (cell.space >= 0 && above > -kBelow && above < kAbove) {
+        if (cell.space >= 0 && isPlace(plan_, cell.space) && above > -kBelow && above < kAbove) {
           return cell.space;
         }
       }
@@ -69,10 +69,10 @@ std::int32_t spaceOf(const MapNode& node, const SpaceFinder& finder) {
 /// How much of each class's things a region holds.
 using Shares = std::map<ClassId, double>;
 
-Shares sharesOf(const Map& map, const Region& region) {
+Shares sharesOf(const MapLeaves& map, const Region& region) {
   Shares shares;
   for (const NodeId id : region.objects) {
-    shares[map.find(id)->label] += 1.0 / static_cast<double>(region.objects.size());
+    shares[map.nodes.at(id).label] += 1.0 / static_cast<double>(region.objects.size());
   }
   return shares;
 }
@@ -87,7 +87,7 @@ double disagreement(const Shares& a, const Shares& b) {
   return 1 - common;
 }
 
-std::vector<Edge> edgesOf(const Map& map, const std::vector<Region>& regions, const EdgeModel& model) {
+std::vector<Edge> edgesOf(const MapLeaves& map, const std::vector<Region>& regions, const EdgeModel& model) {
   std::vector<Vec3> means;
   std::vector<Shares> shares;
   for (const Region& region : regions) {
@@ -111,15 +111,15 @@ std::vector<Edge> edgesOf(const Map& map, const std::vector<Region>& regions, co
   return edges;
 }
 
-Region regionOf(const Map& map, std::vector<NodeId> objects) {
+Region regionOf(const MapLeaves& map, const ClassNames& names, std::vector<NodeId> objects) {
   Region region;
   std::ranges::sort(objects);
   region.id = objects.front();
   for (const NodeId id : objects) {
-    region.belief = merge(region.belief, map.find(id)->belief);
+    region.belief = merge(region.belief, map.nodes.at(id).belief);
   }
   region.objects = std::move(objects);
-  region.name = regionName(map, region.objects);
+  region.name = regionName(map, names, region);
   return region;
 }
 
@@ -143,12 +143,12 @@ std::optional<std::int32_t> spaceInSight(const Vec3& mean, const FloorPlan& plan
 using Groups = std::vector<std::vector<NodeId>>;
 
 /// Things under one roof are one group; things in the open are grouped by how they stand.
-Groups groupsOf(const Map& map, const FloorPlan& plan) {
+Groups groupsOf(const MapLeaves& map, const FloorPlan& plan) {
   const SpaceFinder finder(plan);
   std::map<std::int32_t, std::vector<NodeId>> rooms;
   std::vector<std::pair<Vec3, std::int32_t>> placed;
   std::vector<NodeId> others;
-  for (const auto& [id, node] : map.nodes()) {
+  for (const auto& [id, node] : map.nodes) {
     if (node.stuff || !isConfirmed(node)) {
       continue;
     }
@@ -163,7 +163,7 @@ Groups groupsOf(const Map& map, const FloorPlan& plan) {
   std::vector<NodeId> open;
   std::vector<Belief> beliefs;
   for (const NodeId id : others) {
-    const Belief& belief = map.find(id)->belief;
+    const Belief& belief = map.nodes.at(id).belief;
     if (const auto space = spaceInSight(belief.mean, plan, placed)) {
       rooms[*space].push_back(id);
     } else {
@@ -186,16 +186,18 @@ Groups groupsOf(const Map& map, const FloorPlan& plan) {
 
 }  // namespace
 
-Regions findRegions(const Map& map, const EdgeModel& model) {
+Regions findRegions(const MapLeaves& map, const ClassNames& names, const EdgeModel& model) {
   FloorPlan plan = buildFloorPlan(map);
   cutIntoSpaces(plan);
   Regions found;
   for (std::vector<NodeId>& objects : groupsOf(map, plan)) {
-    found.regions.push_back(regionOf(map, std::move(objects)));
+    found.regions.push_back(regionOf(map, names, std::move(objects)));
   }
   std::ranges::sort(found.regions, {}, &Region::id);
   found.edges = edgesOf(map, found.regions, model);
   return found;
 }
+
+Regions findRegions(const Map& map, const EdgeModel& model) { return findRegions(map, map.classNames(), model); }
 
 }  // namespace hgg

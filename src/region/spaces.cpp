@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "core/units.h"
 #include "region/floor_plan.h"
 
 namespace hgg {
@@ -11,7 +12,7 @@ namespace {
 constexpr double kDoor = 0.72;
 /// Half of the width that a person needs, m: what is narrower is a part of what is beside it.
 constexpr double kPerson = 0.35;
-constexpr double kRoofed = 0.1;  // share of a space under a roof from which on it is a room: sensors see part of it
+constexpr double kRoofed = 0.03;  // share of a space under a roof that was seen: a LiDAR sees a part of it only
 
 /// Sets of cells that grow together.
 class Basins {
@@ -79,9 +80,9 @@ void cutIntoSpaces(FloorPlan& plan) {
       order.push_back(static_cast<std::int32_t>(k));
     }
   }
-  std::ranges::stable_sort(
-      order, [&](std::int32_t a, std::int32_t b) { return plan.cells[static_cast<std::size_t>(a)].room >
-                                                          plan.cells[static_cast<std::size_t>(b)].room; });
+  std::ranges::stable_sort(order, [&](std::int32_t a, std::int32_t b) {
+    return plan.cells[static_cast<std::size_t>(a)].room > plan.cells[static_cast<std::size_t>(b)].room;
+  });
   Basins basins(plan.cells);
   for (const std::int32_t k : order) {
     flood(plan, k, basins);
@@ -111,9 +112,14 @@ void cutIntoSpaces(FloorPlan& plan) {
   }
 }
 
-bool isRoom(const FloorPlan& plan, std::int32_t space) {
+bool isPlace(const FloorPlan& plan, std::int32_t space) {
+  constexpr double kLeastArea = 1;  // m^2
   const Space& s = plan.spaces[static_cast<std::size_t>(space)];
-  return s.roofed >= kRoofed && s.room >= kPerson;
+  return s.room >= kPerson && s.cells * square(plan.shape.resolution) >= kLeastArea;
+}
+
+bool isRoom(const FloorPlan& plan, std::int32_t space) {
+  return isPlace(plan, space) && plan.spaces[static_cast<std::size_t>(space)].roofed >= kRoofed;
 }
 
 bool isWallBetween(const FloorPlan& plan, const Vec3& a, const Vec3& b) {
