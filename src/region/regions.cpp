@@ -36,11 +36,14 @@ class SpaceFinder {
   std::int32_t at(const Vec3& p) const {
     const std::int32_t column = plan_.shape.columnOf(p.x()), row = plan_.shape.rowOf(p.y());
     for (const auto& [x, y] : offsets_) {
-      for (const PlanCell& cell : plan_.at(column + x, row + y)) {
+      std::int32_t space = -1;
+      for (const PlanCell& cell : plan_.at(column + x, row + y)) {  // the highest that is below
         const double above = p.z() - static_cast<double>(cell.height);
-        if (cell.space >= 0 && isPlace(plan_, cell.space) && above > -kBelow && above < kAbove) {
-          return cell.space;
-        }
+        const bool is_it = cell.space >= 0 && isPlace(plan_, cell.space) && above > -kBelow && above < kAbove;
+        space = is_it ? cell.space : space;
+      }
+      if (space >= 0) {
+        return space;
       }
     }
     return -1;

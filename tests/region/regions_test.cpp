@@ -52,10 +52,14 @@ class Builder {
     things_.push_back(nodeAt(label, Vec3(x, y, z), 0.15));
     addLeaf(things_.back(), packLeaf({Vec3::Zero(), 0.02 * Mat3::Identity(), 100}));
   }
-  /// The map, its things in the order that the seed gives.
-  Map map(unsigned seed = 0) const {
+  std::vector<MapNode> all() const {
     std::vector<MapNode> nodes = stuff_;
     nodes.insert(nodes.end(), things_.begin(), things_.end());
+    return nodes;
+  }
+  /// The map, its things in the order that the seed gives.
+  Map map(unsigned seed = 0) const {
+    std::vector<MapNode> nodes = all();
     std::mt19937 random(seed);
     if (seed > 0) {
       std::ranges::shuffle(nodes, random);
@@ -164,12 +168,23 @@ TEST(Regions, AnAngledCorridorIsOneAndTheRoomsOffItAreTheirOwn) {
 }
 
 TEST(Regions, StoreysAreApart) {
-  Builder builder;
-  MapNode floor = tileNode(kFloor, {}, Vec3::Zero());
-  builder.room(-3, -3, 3, 3, -kHeight - 0.9), builder.room(-3, -3, 3, 3);
-  builder.thing(kChair, -1, 0, -kHeight - 0.4), builder.thing(kChair, 1, 0, -kHeight - 0.4);
-  builder.thing(kChair, -1, 1), builder.thing(kChair, 1, 1);
-  const Map map = builder.map();
+  constexpr double kBelow = -kHeight - 0.2;  // m, of the lower storey
+  Map map;
+  for (const double z : {0.0, kBelow}) {
+    Builder builder;
+    builder.room(-3, -3, 3, 3, kFloorZ + z);
+    builder.thing(kChair, -1, z == 0 ? 1 : 0, kFloorZ + z + 0.5),
+        builder.thing(kChair, 1, z == 0 ? 1 : 0, kFloorZ + z + 0.5);
+    MapUpdate update;
+    update.keyframe = NewKeyframe{};
+    update.keyframe->pose.utime_us = 1 + map.keyframes().last();
+    update.keyframe->pose.T_map_body.translation().z() = z;
+    update.created = builder.all();
+    for (MapNode& node : update.created) {
+      node.first_us = node.last_us = update.keyframe->pose.utime_us;
+    }
+    map.apply(std::move(update));
+  }
   EXPECT_EQ(placesOf(map, findRegions(map)),
             (std::set<std::set<std::pair<double, double>>>{{{-1, 0}, {1, 0}}, {{-1, 1}, {1, 1}}}));
 }

@@ -20,7 +20,7 @@ struct RoomScore {
   std::size_t regions = 0;        // with such a thing
   std::size_t alike = 0;          // rooms all of whose things are in one region that has no thing of another room
   double mutual_information = 0;  // normalised, 0..1: 1 where rooms and regions are the same groups
-  std::vector<std::string> cut, joined;  // names of rooms in several regions, and of those that share one
+  std::vector<std::string> cut = {}, joined = {};  // names of rooms in several regions, and of those that share one
 };
 
 /// Normalised mutual information of two groupings of the same things: 2 I / (H + H'), 1 where both are one group.
