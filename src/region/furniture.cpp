@@ -51,29 +51,25 @@ bool isCompact(const WallPiece& piece, const FloorPlan& plan) {
   return squares[1] > square(kLeastWidth) * squares[2];
 }
 
-/// True where ground was seen all around the piece.
+/// True where ground was seen all around the piece, and little inside: a block, and no walls that meet.
 bool isIsland(const WallPiece& piece, const FloorPlan& plan) {
-  constexpr int kBeside = 3;          // cells
-  constexpr double kAllAround = 0.8;  // share
-  constexpr double kStep = 0.5;       // m
-  int ground = 0, around = 0;
-  const auto look = [&](std::int32_t column, std::int32_t row) {
-    const auto cells = plan.at(column, row);
-    ground += std::ranges::any_of(cells,
-                                  [&](const PlanCell& c) {
-                                    return c.was_seen && std::abs(static_cast<double>(c.height) - piece.height) < kStep;
-                                  })
-                  ? 1
-                  : 0;
-    ++around;
-  };
-  for (std::int32_t column = piece.columns[0] - kBeside; column <= piece.columns[1] + kBeside; ++column) {
-    look(column, piece.rows[0] - kBeside), look(column, piece.rows[1] + kBeside);
-  }
+  constexpr std::int32_t kBeside = 3;  // cells
+  constexpr double kAllAround = 0.8;   // share
+  constexpr double kMostInside = 0.6;  // share: around a block that is turned by 45 degrees one half is ground
+  constexpr double kStep = 0.5;        // m
+  int ground_around = 0, around = 0, ground_inside = 0, inside = 0;
   for (std::int32_t row = piece.rows[0] - kBeside; row <= piece.rows[1] + kBeside; ++row) {
-    look(piece.columns[0] - kBeside, row), look(piece.columns[1] + kBeside, row);
+    for (std::int32_t column = piece.columns[0] - kBeside; column <= piece.columns[1] + kBeside; ++column) {
+      const std::int32_t out = std::max(std::max(piece.rows[0] - row, row - piece.rows[1]),
+                                        std::max(piece.columns[0] - column, column - piece.columns[1]));
+      const bool is_ground = std::ranges::any_of(plan.at(column, row), [&](const PlanCell& c) {
+        return c.was_seen && !c.is_wall && std::abs(static_cast<double>(c.height) - piece.height) < kStep;
+      });
+      around += out == kBeside ? 1 : 0, ground_around += out == kBeside && is_ground ? 1 : 0;
+      inside += out <= 0 ? 1 : 0, ground_inside += out <= 0 && is_ground ? 1 : 0;
+    }
   }
-  return ground >= kAllAround * around;
+  return ground_around >= kAllAround * around && ground_inside <= kMostInside * inside;
 }
 
 }  // namespace

@@ -153,6 +153,19 @@ TEST(Regions, AHallWithAPillarAndAKioskStaysOne) {
   EXPECT_EQ(findRegions(builder.map()).regions.size(), 1U);
 }
 
+/// Walls that meet between three doors touch no other wall, and ground is all around them, as around a kiosk.
+TEST(Regions, WallsThatMeetBetweenDoorsAreWalls) {
+  Builder builder;
+  builder.room(-3, -2.5, 3, 2.5);
+  builder.wall(-2.1, 0, 2.1, 0), builder.wall(0, 0, 0, 1.6);
+  for (const double x : {-2.0, 2.0}) {
+    builder.thing(kChair, x, -1.5), builder.thing(kBed, x, 2);
+  }
+  const Map map = builder.map();
+  EXPECT_EQ(placesOf(map, findRegions(map)),
+            (std::set<std::set<std::pair<double, double>>>{{{-2, -1.5}, {2, -1.5}}, {{-2, 2}}, {{2, 2}}}));
+}
+
 TEST(Regions, AnAngledCorridorIsOneAndTheRoomsOffItAreTheirOwn) {
   Builder builder;
   builder.floor(0, 0, 12, 1.6), builder.floor(10.4, 1.6, 12, 10);
