@@ -18,6 +18,7 @@ struct LcmConfig {
   std::string map_odom = "MAP_ODOM";
   std::string map_objects = "MAP_OBJECTS";
   std::string status = "HGG_STATUS";
+  std::string map_regions = "MAP_REGIONS";
   std::string map_traversability = "MAP_TRAVERSABILITY";
   std::string octomap = "OCTOMAP";
   std::string command = "HGG_COMMAND";

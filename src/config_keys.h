@@ -24,6 +24,7 @@ void visitLcm(Section& c, Visitor& visit) {
   visit("lcm", "map_odom", c.map_odom, KeyDoc{0, 0, "channel", "out: bot_core.rigid_transform_t, T_map_odom"});
   visit("lcm", "map_objects", c.map_objects, KeyDoc{0, 0, "channel", "out: hgg.graph_update_t"});
   visit("lcm", "status", c.status, KeyDoc{0, 0, "channel", "out: hgg.status_t, 1 Hz"});
+  visit("lcm", "map_regions", c.map_regions, KeyDoc{0, 0, "channel", "out: hgg.regions_t"});
   visit("lcm", "map_traversability", c.map_traversability, KeyDoc{0, 0, "channel", "out: hgg.traversability_t"});
   visit("lcm", "octomap", c.octomap, KeyDoc{0, 0, "channel", "out: octomap.raw_t"});
   visit("lcm", "command", c.command, KeyDoc{0, 0, "channel", "in: hgg.command_t"});

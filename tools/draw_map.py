@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Draws an exported graph from above: leaves as dots of their size, objects as two-sigma ellipses, edges, keyframes.
 
-usage: tools/draw_map.py GRAPH.json -o PICTURE.png [--region x0,y0,x1,y1] [--names] [--grid F.layers.json] [--plan PLAN.json]
+usage: tools/draw_map.py GRAPH.json -o PICTURE.png [--region x0,y0,x1,y1] [--names] [--regions] [--grid F.layers.json] [--plan PLAN.json]
 example: hggmap export map.hgg --format json -o map.json && tools/draw_map.py map.json -o map.png
+With --regions also which things are one region: rooms, rows of cars.
 With --grid (hggmap export --format grid) also where a robot can walk: green well, red not at all; with --plan (hggmap plan
 --json) a path on it.
 Needs python3-matplotlib and python3-numpy.
@@ -62,12 +63,28 @@ def add_grid(axes, file):
     axes.imshow(picture, origin="lower", extent=(x, x + r * cost.shape[1], y, y + r * cost.shape[0]), zorder=0, interpolation="nearest")
 
 
+def add_regions(axes, graph):
+    """Each region in a colour of its own: its things, tied to its mean, its edges to other regions, and its name."""
+    place = {o["id"]: o["mean"][:2] for o in graph["objects"]}
+    middle = {region["id"]: region["mean"][:2] for region in graph["regions"]}
+    axes.add_collection(LineCollection([(middle[a], middle[b]) for a, b, _ in graph["region_edges"]], colors="black",
+                                       linewidths=0.8, linestyles="dotted", zorder=4))
+    for k, region in enumerate(graph["regions"]):
+        colour = plt.get_cmap("tab20")(k % 20)
+        things = [place[id] for id in region["objects"]]
+        axes.add_collection(LineCollection([(region["mean"][:2], p) for p in things], colors=[colour], linewidths=1.2, zorder=5))
+        axes.plot(*zip(*things), "o", color=colour, markersize=7, markeredgecolor="black", markeredgewidth=0.6, zorder=6)
+        axes.annotate(region["name"], region["mean"][:2], fontsize=9, fontweight="bold", ha="center", zorder=7,
+                      bbox={"facecolor": "white", "alpha": 0.7, "pad": 1.5, "edgecolor": colour})
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("graph")
     parser.add_argument("-o", "--output", required=True)
     parser.add_argument("--region", help="x0,y0,x1,y1 in metres")
     parser.add_argument("--names", action="store_true", help="write class names beside things")
+    parser.add_argument("--regions", action="store_true", help="draw which things are one region")
     parser.add_argument("--grid", help="F.layers.json of hggmap export --format grid")
     parser.add_argument("--plan", help="the answer of hggmap plan --json")
     args = parser.parse_args()
@@ -94,6 +111,8 @@ def main():
     if args.plan:
         plan = np.array(json.load(open(args.plan))["path"] or np.empty((0, 3)))
         axes.plot(plan[:, 0], plan[:, 1], "-", color="#0030ff", linewidth=2.5, label="plan")
+    if args.regions:
+        add_regions(axes, graph)
     if args.names:
         for o in graph["objects"]:
             if not o["stuff"]:

@@ -78,6 +78,7 @@ std::vector<std::uint8_t> encodeLabelImage(const LabelImage& image, Packing pack
 std::vector<std::uint8_t> encodeDepthImage(const DepthImage& image);
 std::vector<std::uint8_t> encodeRigidTransform(Micros utime_us, const Pose& T_map_odom);
 std::vector<std::uint8_t> encodeGraphUpdate(const GraphUpdate& update);
+std::vector<std::uint8_t> encodeRegions(const RegionsUpdate& update);
 std::vector<std::uint8_t> encodeStatus(const Status& status);
 std::vector<std::uint8_t> encodeOctomap(const OctomapBytes& octomap);
 std::vector<std::uint8_t> encodeCommandReply(const CommandReply& reply);

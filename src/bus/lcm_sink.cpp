@@ -29,6 +29,7 @@ Sink lcmSink(Bus& bus, const LcmConfig& lcm) {
   sink.octomap = [send, lcm](const OctomapBytes& octomap) { send(lcm.octomap, encodeOctomap(octomap)); };
   sink.reply = [send, lcm](const CommandReply& reply) { send(lcm.command_reply, encodeCommandReply(reply)); };
   sink.goal = [send, lcm](const GoalReply& reply) { send(lcm.goal_reply, encodeGoalReply(reply)); };
+  sink.regions = [send, lcm](const RegionsUpdate& update) { send(lcm.map_regions, encodeRegions(update)); };
   sink.take_unsent = [unsent] { return unsent->exchange(0); };
   return sink;
 }

@@ -17,6 +17,7 @@
 #include "config.h"
 #include "core/text.h"
 #include "map/file.h"
+#include "region/regions.h"
 #include "traversability/grid_layers.h"
 #include "traversability/octomap_export.h"
 
@@ -90,7 +91,8 @@ struct Format {
 
 /// The one list of formats: what --format takes, explains and does.
 constexpr Format kFormats[] = {
-    {"json", "graph with geometry", [](const StoredMap& s, const ExportOptions&) { return one(exportJson(s)); }},
+    {"json", "graph with geometry and regions",
+     [](const StoredMap& s, const ExportOptions&) { return one(exportJson(s, findRegions(s.map))); }},
     {"ply", "one vertex a leaf Gaussian", [](const StoredMap& s, const ExportOptions&) { return one(exportPly(s)); }},
     {"bt", "OctoMap, binary", octomapOf<octomapBinary>},
     {"ot", "OctoMap with probabilities", octomapOf<octomapFull>},

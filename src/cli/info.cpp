@@ -6,6 +6,7 @@
 
 #include "cli/commands.h"
 #include "map/file.h"
+#include "region/regions.h"
 
 namespace hgg {
 namespace {
@@ -55,6 +56,24 @@ void printExtent(const Map& map) {
   }
 }
 
+void printRegions(const Map& map) {
+  const Regions found = findRegions(map);
+  fmt::print("{} regions\n", found.regions.size());
+  for (const Region& region : found.regions) {
+    std::map<std::string, int> counts;
+    for (const NodeId id : region.objects) {
+      const auto name = map.classNames().find(map.find(id)->label);
+      ++counts[name != map.classNames().end() ? name->second : "?"];
+    }
+    std::string things;
+    for (const auto& [name, count] : counts) {
+      things += fmt::format("{}{} {}", things.empty() ? "" : ", ", count, name);
+    }
+    fmt::print("{:>6}  {:<20} at {:7.1f} {:7.1f} {:6.1f}: {}\n", region.id, region.name, region.belief.mean.x(),
+               region.belief.mean.y(), region.belief.mean.z(), things);
+  }
+}
+
 int info(const InfoOptions& o) {
   const Result<StoredMap> stored = loadMap(o.map);
   if (!stored) {
@@ -67,6 +86,7 @@ int info(const InfoOptions& o) {
       map.keyframes().poses().size(), map.revision(), map.megabytes());
   printExtent(map);
   printClasses(map);
+  printRegions(map);
   return kDone;
 }
 

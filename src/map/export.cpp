@@ -60,6 +60,15 @@ Json toJson(const Map& map, const MapNode& node, const std::string& name) {
   return j;
 }
 
+Json toJson(const Region& region) {
+  return {{"id", region.id},
+          {"name", region.name},
+          {"mean", toJson(region.belief.mean)},
+          {"cov", toJson(region.belief.cov)},
+          {"kappa", region.belief.kappa},
+          {"objects", region.objects}};
+}
+
 template <typename T>
 void append(std::string& out, T value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof(T));
@@ -77,7 +86,7 @@ std::array<std::uint8_t, 3> colourOf(ClassId label) {
   return rgb;
 }
 
-std::string exportJson(const StoredMap& stored) {
+std::string exportJson(const StoredMap& stored, const Regions& regions) {
   const Map& map = stored.map;
   Json j;
   j["format"] = "hgg-graph";
@@ -97,6 +106,13 @@ std::string exportJson(const StoredMap& stored) {
     j["edges"].push_back({e.a, e.b, e.weight});
   }
   j["regions"] = Json::array();
+  for (const Region& region : regions.regions) {
+    j["regions"].push_back(toJson(region));
+  }
+  j["region_edges"] = Json::array();
+  for (const Edge& e : regions.edges) {
+    j["region_edges"].push_back({e.a, e.b, e.weight});
+  }
   j["keyframes"] = Json::array();
   for (const TimedPose& k : map.keyframes().poses()) {
     const Eigen::Quaterniond q(k.T_map_body.linear());

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "region/regions.h"
 #include "traversability/grid_layers.h"
 #include "traversability/octomap_export.h"
 
@@ -36,6 +37,9 @@ std::optional<GridRegion> regionOf(const Command& command) {
 std::vector<CommandReply> GroundMaker::carryOut(GroundJob job) {
   copy_.apply(std::move(job.changes));
   publishAround(job);
+  if (job.wants_regions) {
+    send_regions_({job.utime_us, job.revision, findRegions(copy_.leaves(), *job.wants_regions, edges_)});
+  }
   std::vector<CommandReply> replies;
   for (const Command& command : job.commands) {
     const auto start = std::chrono::steady_clock::now();

@@ -13,6 +13,8 @@ namespace {
 
 /// Mapping goes first where there are fewer cores than threads.
 constexpr int kNice = 10;
+/// How often regions are found, Hz: takes some 0.1 s, and groups of things do not change fast.
+constexpr double kRegionsRate = 0.2;
 
 template <typename Message>
 auto toAll(const std::vector<Sink>& sinks, std::function<void(const Message&)> Sink::*channel) {
@@ -32,8 +34,11 @@ GroundPublisher::GroundPublisher(const Mapper& mapper, std::vector<Sink> sinks)
       sinks_(std::move(sinks)),
       has_grid_(std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.ground); })),
       has_octomap_(std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.octomap); })),
-      maker_(mapper.config().traversability, toAll(sinks_, &Sink::ground), toAll(sinks_, &Sink::octomap)) {
-  if (has_grid_ || has_octomap_) {
+      has_regions_(std::ranges::any_of(sinks_, [](const Sink& s) { return static_cast<bool>(s.regions); })),
+      maker_(mapper.config().traversability,
+             {mapper.config().creation.sigma_floor, mapper.config().creation.edge_geometry_share},
+             toAll(sinks_, &Sink::ground), toAll(sinks_, &Sink::octomap), toAll(sinks_, &Sink::regions)) {
+  if (has_grid_ || has_octomap_ || has_regions_) {
     thread_ = std::jthread([this](const std::stop_token& stop) { work(stop); });
   }
 }
@@ -72,7 +77,7 @@ void GroundPublisher::follow(const StepReport& report) {
 
 void GroundPublisher::ask(const Command& command) {
   CommandDesk::Admission admission = desk_.admit(command);
-  if (admission.is_accepted && !thread_.joinable()) {
+  if (admission.is_accepted && !has_grid_ && !has_octomap_) {
     desk_.answered(refusal(command, "nothing here can send it"));
     admission = desk_.admit(command);
   }
@@ -123,13 +128,17 @@ void GroundPublisher::startDue(Micros now_us) {
   const TraversabilityConfig& config = mapper_.config().traversability;
   const bool wants_grid = has_grid_ && isDue(config.publish_rate, next_grid_us_, now_us);
   const bool wants_octomap = has_octomap_ && isDue(config.octomap_rate, next_octomap_us_, now_us);
+  const bool wants_regions = has_regions_ && isDue(kRegionsRate, next_regions_us_, now_us);
   const bool follows = has_grid_ && config.publish_rate > 0 && !is_followed_;
-  if (!follows && !wants_grid && !wants_octomap && commands_.empty()) {
+  if (!follows && !wants_grid && !wants_octomap && !wants_regions && commands_.empty()) {
     return;
   }
   GroundJob job = nextJob();
   is_followed_ = true;
   job.follows = follows, job.wants_grid = wants_grid, job.wants_octomap = wants_octomap;
+  if (wants_regions) {
+    job.wants_regions = mapper_.map().classNames();
+  }
   has_news_ = has_news_ && !wants_grid && !wants_octomap;
   const std::lock_guard lock(mutex_);
   job_ = std::move(job);

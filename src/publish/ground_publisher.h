@@ -13,12 +13,14 @@
 
 namespace hgg {
 
-/// Publishes where the robot can walk and what is occupied around it at the configured rates, and of regions on
-/// command. It is made on a thread of its own, of a copy of what has changed, so that no frame waits for it: while the
-/// thread is at work, what is due waits. The grid around the robot follows every frame, a part of it at a time.
+/// Publishes where the robot can walk and what is occupied around it at the configured rates, and of any rectangle on
+/// command, and now and then the regions of the map. It is made on a thread of its own, of a copy of what has changed,
+/// so that no frame waits for it: while the thread is at work, what is due waits. The grid around the robot follows
+/// every frame, a part of it at a time.
 class GroundPublisher {
  public:
-  /// Without a sink for grids or OctoMaps nothing is done, and commands are refused. `mapper` and the sinks must
+  /// Without a sink for grids, OctoMaps or regions nothing is done, and without one for grids or OctoMaps commands are
+  /// refused. `mapper` and the sinks must
   /// outlive it.
   GroundPublisher(const Mapper& mapper, std::vector<Sink> sinks);
   /// Waits for what the thread is at.
@@ -44,7 +46,7 @@ class GroundPublisher {
 
   const Mapper& mapper_;
   std::vector<Sink> sinks_;
-  bool has_grid_ = false, has_octomap_ = false;  // somebody takes them
+  bool has_grid_ = false, has_octomap_ = false, has_regions_ = false;  // somebody takes them
   CommandDesk desk_;
   std::vector<Command> commands_;  // accepted, not started
   std::vector<NodeId> touched_;    // since the last job; ascending once it starts
@@ -53,7 +55,7 @@ class GroundPublisher {
   Vec3 p_map_body_ = Vec3::Zero();
   bool has_news_ = false;    // a frame since the last grid that is sent was started
   bool is_followed_ = true;  // no frame since the last job
-  Micros next_grid_us_ = 0, next_octomap_us_ = 0;
+  Micros next_grid_us_ = 0, next_octomap_us_ = 0, next_regions_us_ = 0;
 
   GroundMaker maker_;  // the thread's own
   std::mutex mutex_;   // guards what follows

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "map/node.h"
+#include "map/region.h"
 
 namespace hgg {
 
@@ -44,6 +45,13 @@ struct GraphUpdate {
   std::vector<ObjectSummary> objects;  // ascending id
   std::vector<NodeId> removed;         // ascending; absorbed, faded, or not (any more) confirmed
   std::vector<Edge> edges;             // all edges with an end among `objects`
+};
+
+/// The level above objects, always all of it; fields of hgg.regions_t.
+struct RegionsUpdate {
+  Micros utime_us = 0;
+  std::int64_t revision = 0;  // of the map that they were found in
+  Regions found;
 };
 
 /// Something that is wrong now; fields of hgg.alarm_t.
@@ -181,8 +189,8 @@ struct GoalReply {
 };
 
 /// Where messages go: the bus, the log, a viewer. A sink leaves empty what it has no use for. Calls come one at a time,
-/// from the thread that maps, so a slow sink holds up the next frame; those of `ground` and `octomap` come one at a
-/// time from another thread, and those of `goal` from a third, beside the others; they may take their time.
+/// from the thread that maps, so a slow sink holds up the next frame; those of `ground`, `octomap` and `regions` come
+/// one at a time from another thread, and those of `goal` from a third, beside the others; they may take their time.
 struct Sink {
   std::function<void(const PoseUpdate&)> pose;
   std::function<void(const GraphUpdate&)> graph;
@@ -193,6 +201,7 @@ struct Sink {
   std::function<void(const OctomapBytes&)> octomap = nullptr;
   std::function<void(const CommandReply&)> reply = nullptr;
   std::function<void(const GoalReply&)> goal = nullptr;
+  std::function<void(const RegionsUpdate&)> regions = nullptr;
 };
 
 }  // namespace hgg

@@ -45,15 +45,16 @@ TEST(LcmSink, SendsEveryMessageOnItsChannel) {
   const OctomapBytes octomap{10, "bytes"};
   CommandReply reply;
   reply.request_id = 11;
+  const RegionsUpdate regions{12, 13, {}};
   const std::vector<Message> expected{encodePose(7, T_map_body),          encodeRigidTransform(7, T_map_odom),
                                       encodeGraphUpdate(graph),           encodeStatus(status),
                                       encodeTraversability(grid).front(), encodeOctomap(octomap),
-                                      encodeCommandReply(reply)};
+                                      encodeCommandReply(reply),          encodeRegions(regions)};
   // One channel at a time is the one that is heard.
   for (std::size_t heard = 0; heard < expected.size(); ++heard) {
     LcmConfig lcm;
-    std::string* channels[] = {&lcm.pose_map,           &lcm.map_odom, &lcm.map_objects,  &lcm.status,
-                               &lcm.map_traversability, &lcm.octomap,  &lcm.command_reply};
+    std::string* channels[] = {&lcm.pose_map,           &lcm.map_odom, &lcm.map_objects,   &lcm.status,
+                               &lcm.map_traversability, &lcm.octomap,  &lcm.command_reply, &lcm.map_regions};
     *channels[heard] = lcm.odometry;
     const Sink sink = lcmSink(**bus, lcm);
     sink.pose({7, T_map_body, T_map_odom});
@@ -62,6 +63,7 @@ TEST(LcmSink, SendsEveryMessageOnItsChannel) {
     sink.ground(grid);
     sink.octomap(octomap);
     sink.reply(reply);
+    sink.regions(regions);
     EXPECT_EQ(takeOdometry(**bus, 1), std::vector<Message>{expected[heard]}) << heard;
     EXPECT_EQ(sink.take_unsent(), 0);
   }

@@ -47,8 +47,8 @@ std::vector<std::string> keysOf(const Json& j) {
 
 TEST(ExportJson, HasTheDocumentedKeysAndNoOthers) {
   const Json j = Json::parse(exportJson(sample()));
-  EXPECT_EQ(keysOf(j),
-            (std::vector<std::string>{"classes", "edges", "format", "keyframes", "objects", "regions", "version"}));
+  EXPECT_EQ(keysOf(j), (std::vector<std::string>{"classes", "edges", "format", "keyframes", "objects", "region_edges",
+                                                 "regions", "version"}));
   EXPECT_EQ(j["format"], "hgg-graph");
   EXPECT_EQ(j["version"], 1);
   EXPECT_EQ(keysOf(j["objects"][0]),
@@ -102,6 +102,19 @@ TEST(ExportJson, HasTheValuesOfTheMap) {
   EXPECT_EQ(j["objects"][2]["name"], "class 99");  // outside the class table
   EXPECT_EQ(j["edges"], Json::parse("[[1, 2, 0.5], [2, 3, 0.25]]"));
   EXPECT_EQ(j["regions"], Json::array());
+}
+
+TEST(ExportJson, HasTheRegionsThatWereFound) {
+  Regions regions;
+  regions.regions = {{1, "car park", {Vec3(1, 2, 3), 4 * Mat3::Identity(), 50}, {1, 3}}, {2, "", {}, {2}}};
+  regions.edges = {{1, 2, 0.5F}};
+  const Json j = Json::parse(exportJson(sample(), regions));
+  ASSERT_EQ(j["regions"].size(), 2U);
+  EXPECT_EQ(keysOf(j["regions"][0]), (std::vector<std::string>{"cov", "id", "kappa", "mean", "name", "objects"}));
+  EXPECT_EQ(j["regions"][0]["name"], "car park");
+  EXPECT_EQ(j["regions"][0]["objects"], Json::parse("[1, 3]"));
+  EXPECT_EQ(j["regions"][0]["cov"][4], 4);
+  EXPECT_EQ(j["region_edges"], Json::parse("[[1, 2, 0.5]]"));
 }
 
 TEST(ExportJson, GeometryIsInTheMapFrame) {

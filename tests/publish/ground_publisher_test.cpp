@@ -6,6 +6,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "region/regions.h"
 #include "small_world.h"
 #include "traversability/grid_layers.h"
 
@@ -19,6 +20,7 @@ struct Listener {
   std::vector<GroundGrid> grids;
   std::vector<OctomapBytes> octomaps;
   std::vector<CommandReply> replies;
+  std::vector<RegionsUpdate> regions;
 
   Sink sink() {
     Sink sink;
@@ -134,6 +136,33 @@ TEST_F(GroundPublisherTest, NoGridComesBeforeItsTimeNorWithoutANewFrame) {
   publisher.tick(kSecond_us);
   publisher.settle(kSecond_us);
   EXPECT_EQ(listener_.grids.size(), 2U);
+}
+
+TEST_F(GroundPublisherTest, RegionsComeEveryFiveSecondsWhileFramesDo) {
+  Mapper mapper(configOf(0, 0), ClassTable::builtin());
+  Sink sink;
+  sink.regions = [this](const RegionsUpdate& update) { listener_.regions.push_back(update); };
+  sink.reply = [this](const CommandReply& reply) { listener_.replies.push_back(reply); };
+  GroundPublisher publisher(mapper, {sink});
+  std::size_t expected = 0;
+  for (int second = 0; second <= 10; ++second) {
+    drive(mapper, publisher, 1);
+    publisher.tick(second * kSecond_us);
+    publisher.settle(second * kSecond_us);
+    expected += second % 5 == 0 ? 1 : 0;
+    ASSERT_EQ(listener_.regions.size(), expected) << second;
+  }
+  const RegionsUpdate& last = listener_.regions.back();
+  EXPECT_EQ(last.utime_us, SmallWorld::timeOf(next_ - 1));
+  EXPECT_EQ(last.revision, mapper.map().revision());
+  const Regions found = findRegions(mapper.map());
+  ASSERT_EQ(last.found.regions.size(), found.regions.size());
+  ASSERT_FALSE(found.regions.empty());
+  for (std::size_t k = 0; k < found.regions.size(); ++k) {
+    EXPECT_EQ(last.found.regions[k].objects, found.regions[k].objects);
+    EXPECT_EQ(last.found.regions[k].name, found.regions[k].name);
+  }
+  EXPECT_FALSE(ask(publisher, CommandKind::kPublishTraversability, std::nullopt).ok) << "nobody takes it";
 }
 
 TEST_F(GroundPublisherTest, ARateOfZeroPublishesOnCommandOnly) {

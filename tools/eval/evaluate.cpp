@@ -408,6 +408,13 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   markThings(graph->objects, *truth);
   evaluation.class_names = std::move(graph->class_names);
   evaluation.objects = evaluateObjects(graph->objects, *truth, options.radius, *only, T_beliefs);
+  if (const auto path = givenOr({}, options.truth / "rooms.json"); !path.empty()) {
+    const auto rooms = readRooms(path);
+    if (!rooms) {
+      return rooms.error;
+    }
+    evaluation.rooms = scoreRooms(evaluation.objects.overall.matches, *truth, *rooms, graph->region_of);
+  }
   if (graph->map != nullptr) {
     evaluation.neighbours = relativeCalibration(*graph->map, evaluation.objects.overall.matches, *truth,
                                                 T_truth_first.linear(), kNeighbourReach);

@@ -14,6 +14,7 @@
 #include "eval/plans.h"
 #include "eval/recovery.h"
 #include "eval/retrieval.h"
+#include "eval/rooms.h"
 #include "eval/trajectory.h"
 #include "eval/walk.h"
 
@@ -86,6 +87,7 @@ struct Evaluation {
   std::optional<LoopScore> loops;
   std::optional<GridScore> grid;
   std::optional<PlanScore> plans;
+  std::optional<RoomScore> rooms;
   nlohmann::json cost;  // stats.json, null without one
   Scenery scenery;
 };

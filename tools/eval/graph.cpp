@@ -11,6 +11,7 @@
 #include "core/spd.h"
 #include "map/file.h"
 #include "map/position.h"
+#include "region/regions.h"
 
 namespace hgg {
 namespace {
@@ -129,6 +130,11 @@ Result<PredictedGraph> graphOf(const json& root) {
     }
     graph.objects.push_back(std::move(*object));
   }
+  for (const json& region : root.value("regions", json::array())) {
+    for (const json& id : region.at("objects")) {
+      graph.region_of[id.get<NodeId>()] = region.at("id").get<std::int64_t>();
+    }
+  }
   return Result<PredictedGraph>::ok(std::move(graph));
 }
 
@@ -166,6 +172,11 @@ Result<PredictedGraph> readMapObjects(const std::filesystem::path& path) {
   for (const auto& [id, node] : stored->map.nodes()) {
     if (isConfirmed(node)) {
       graph.objects.push_back(predictionOf(stored->map, node));
+    }
+  }
+  for (const Region& region : findRegions(stored->map).regions) {
+    for (const NodeId id : region.objects) {
+      graph.region_of[id] = region.id;
     }
   }
   graph.map = std::make_shared<const Map>(std::move(stored->map));

@@ -26,7 +26,8 @@ struct MappedObject {
 struct PredictedGraph {
   std::vector<MappedObject> objects;
   std::map<ClassId, std::string> class_names;
-  std::shared_ptr<const Map> map = {};  // that they come from; null for a graph JSON
+  std::map<NodeId, std::int64_t> region_of = {};  // of the things that are in one
+  std::shared_ptr<const Map> map = {};            // that they come from; null for a graph JSON
 };
 
 /// The object as seen from another frame, geometry included.

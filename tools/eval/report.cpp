@@ -172,6 +172,25 @@ std::string formatLoops(const Evaluation& e) {
          format("; %zu true revisits, %zu asked about, %zu closed\n", l.revisits, l.revisits_asked, l.revisits_closed);
 }
 
+std::string formatRooms(const Evaluation& e) {
+  if (!e.rooms) {
+    return "";
+  }
+  const RoomScore& r = *e.rooms;
+  const auto names = [](const char* what, const std::vector<std::string>& rooms) {
+    std::string text = rooms.empty() ? "" : what;
+    for (const std::string& room : rooms) {
+      text += (&room == rooms.data() ? " " : ", ") + room;
+    }
+    return text;
+  };
+  return format(
+             "rooms: %zu things of %zu rooms are in %zu regions, %zu rooms are one region each; normalised mutual "
+             "information %.3f",
+             r.things, r.rooms, r.regions, r.alike, r.mutual_information) +
+         names("; cut:", r.cut) + names("; joined:", r.joined) + "\n";
+}
+
 std::string formatShares(const char* name, const WalkShares& s) {
   return format("  %-34s %8s %8s %8s\n", name, number(100 * s.blocked_called_walkable).c_str(),
                 number(s.precision).c_str(), number(s.recall).c_str());
@@ -346,6 +365,16 @@ json toJson(const LoopScore& l) {
           {"revisits_closed", l.revisits_closed}};
 }
 
+json toJson(const RoomScore& r) {
+  return {{"things", r.things},
+          {"rooms", r.rooms},
+          {"regions", r.regions},
+          {"alike", r.alike},
+          {"normalised_mutual_information", r.mutual_information},
+          {"cut", r.cut},
+          {"joined", r.joined}};
+}
+
 json toJson(const RetrievalScore& r) {
   return {{"queries", r.queries},
           {"mapped", r.mapped},
@@ -410,8 +439,8 @@ std::string formatTable(const Evaluation& evaluation) {
          formatCalibration("calibration", evaluation.objects.overall.calibration(), "objects") +
          (evaluation.neighbours ? formatCalibration("neighbours", *evaluation.neighbours, "pairs") : "") +
          formatTrajectories(evaluation) + formatRecovery(evaluation) + formatGeometry(evaluation) +
-         formatRetrieval(evaluation) + formatLoops(evaluation) + formatGrid(evaluation) + formatPlans(evaluation) +
-         formatCost(evaluation.cost);
+         formatRetrieval(evaluation) + formatLoops(evaluation) + formatRooms(evaluation) + formatGrid(evaluation) +
+         formatPlans(evaluation) + formatCost(evaluation.cost);
 }
 
 json toJson(const Evaluation& evaluation) {
@@ -444,6 +473,7 @@ json toJson(const Evaluation& evaluation) {
           {"geometry", toJson(evaluation.geometry)},
           {"retrieval", toJson(evaluation.retrieval)},
           {"loops", toJson(evaluation.loops)},
+          {"rooms", toJson(evaluation.rooms)},
           {"grid", toJson(evaluation.grid)},
           {"plans", toJson(evaluation.plans)},
           {"cost", evaluation.cost}};

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/world.h"
+#include "truth/rooms.h"
 
 namespace hgg {
 
@@ -32,6 +33,7 @@ struct Scene {
   /// A real front-end's poses of the same way (same start pose); empty: odometry is the truth, disturbed.
   std::function<Pose(double time)> T_odom_body = nullptr;
   std::optional<Carried> carried = std::nullopt;
+  std::vector<TruthRoom> rooms = {};  // of a building
 };
 
 /// Names makeScene() knows.

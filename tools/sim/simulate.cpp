@@ -525,7 +525,8 @@ WorldTruth completeTruth(const Scene& scene, const DriveTruth& drive, int thread
           sampleSurfaces(scene, drive.T_world_body, drive.end_time, {.threads = threads}),
           makeQueries(scene, drive.objects),
           scene.label_space == "indoor" ? kIndoorClassesToml : kSemanticKittiClassesToml,
-          drive.walk_grid};
+          drive.walk_grid,
+          {drive.T_world_body.front(), scene.rooms}};
 }
 
 Trajectory withGait(Trajectory T_world_body, double gait_deg) {

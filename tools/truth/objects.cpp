@@ -15,7 +15,7 @@ using nlohmann::json;
 using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
 constexpr const char *kObjects = "gt_objects.json", *kPoses = "poses.txt", *kCloud = "cloud.ply",
-                     *kQueries = "queries.jsonl", *kClasses = "classes.toml";
+                     *kQueries = "queries.jsonl", *kClasses = "classes.toml", *kRooms = "rooms.json";
 
 std::string writeFile(const std::string& text, const std::filesystem::path& path) {
   std::ofstream out(path, std::ios::binary);
@@ -141,7 +141,7 @@ std::string writeTruth(const std::vector<TruthObject>& objects, const std::vecto
 std::string prepareTruth(const std::filesystem::path& dir) {
   std::string message = makeDirectory(dir);
   std::vector<std::string> names = walkGridFiles();
-  names.insert(names.end(), {kObjects, kPoses, kCloud, kQueries, kClasses});
+  names.insert(names.end(), {kObjects, kPoses, kCloud, kQueries, kClasses, kRooms});
   for (const std::string& name : names) {
     std::error_code error;
     std::filesystem::remove(dir / name, error);
@@ -163,6 +163,7 @@ std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir
   error = error.empty() ? writeCloud(truth.cloud, dir / kCloud) : error;
   error = error.empty() ? writeQueries(truth.queries, dir / kQueries) : error;
   error = error.empty() ? writeFile(truth.classes_toml, dir / kClasses) : error;
+  error = error.empty() && !truth.rooms.rooms.empty() ? writeRooms(truth.rooms, dir / kRooms) : error;
   return error.empty() && truth.walk_grid ? writeWalkGrid(*truth.walk_grid, dir) : error;
 }
 

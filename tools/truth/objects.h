@@ -10,6 +10,7 @@
 #include "core/result.h"
 #include "truth/cloud.h"
 #include "truth/queries.h"
+#include "truth/rooms.h"
 #include "truth/walk_grid.h"
 
 namespace hgg {
@@ -60,12 +61,13 @@ struct WorldTruth {
   std::vector<TruthQuery> queries;
   std::string classes_toml;  // the class table the labels are of
   std::optional<WalkGrid> walk_grid = std::nullopt;
+  TruthRooms rooms = {};
 };
 /// Makes the directory where it is missing, checks that files can be written there, and removes an older truth, so that
 /// it never stands beside what a later run leaves behind. Returns an error line, empty when done.
 std::string prepareTruth(const std::filesystem::path& dir);
 /// Writes a truth directory (created when missing): gt_objects.json, poses.txt, cloud.ply, queries.jsonl,
-/// classes.toml, and the walk grid where there is one. Returns an error line, empty when done.
+/// classes.toml, and the walk grid and rooms.json where there are any. Returns an error line, empty when done.
 std::string writeTruth(const WorldTruth& truth, const std::filesystem::path& dir);
 /// The part a dataset has: gt_objects.json and poses.txt.
 std::string writeTruth(const std::vector<TruthObject>& objects, const std::vector<Pose>& T_map_body,

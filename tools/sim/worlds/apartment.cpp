@@ -80,6 +80,12 @@ void addDoors(House& house) {
   }
 }
 
+void nameRooms(House& house) {
+  house.nameRoom("kitchen", {kKitchen}), house.nameRoom("living room", {kLiving}), house.nameRoom("study", {kStudy});
+  house.nameRoom("bedroom", {kBedroom}), house.nameRoom("bath", {kBath});
+  house.nameRoom("large bedroom", {kLargeBedroom}), house.nameRoom("hallway", {kHallway});
+}
+
 void furnishDayRooms(Furnisher& furnish, Dice& dice) {
   furnish.tableWithChairs({{2.2, 0.2}, {4.0, 2.4}}, 0.9, 0.7);
   furnish.againstWall(kKitchen, Indoor::kCounter, counterShapes(dice.between(1.6, 2.2)), 3);
@@ -151,6 +157,7 @@ Scene makeApartment(std::uint64_t seed, double dynamics) {
   House house(stage, dice, kCeiling);
   addWalls(house);
   addDoors(house);
+  nameRooms(house);
   Furnisher furnish(stage, dice, dynamics);
   furnishDayRooms(furnish, dice);
   furnishNightRooms(furnish, dice);

@@ -64,6 +64,16 @@ void addDoors(House& house) {
   }
 }
 
+const Room kCorridor{{0.0, kSouthWall}, {kLength, kNorthWall}};
+
+void nameRooms(House& house) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    house.nameRoom("south " + std::to_string(i), {southRoom(i)});
+    house.nameRoom("north " + std::to_string(i), {northRoom(i)});
+  }
+  house.nameRoom("corridor", {kCorridor});
+}
+
 void furnishRoom(Furnisher& furnish, Dice& dice, const Room& room) {
   furnish.againstWall(room, Indoor::kBed, bedShapes(0.9), -1, 0.2);
   if (dice.chance(0.5)) {
@@ -81,11 +91,10 @@ void furnishRoom(Furnisher& furnish, Dice& dice, const Room& room) {
 }
 
 void furnishCorridor(Furnisher& furnish, Dice& dice) {
-  const Room corridor{{0.0, kSouthWall}, {kLength, kNorthWall}};
   for (int i = 0; i < 2; ++i) {
-    furnish.againstWall(corridor, Indoor::kPlant, plantShapes(dice));
-    furnish.againstWall(corridor, Indoor::kBin, wasteBinShapes(dice));
-    furnish.hang(corridor, Indoor::kPicture, pictureShapes(dice.between(0.5, 1.2), dice.between(0.5, 0.8), 1.6));
+    furnish.againstWall(kCorridor, Indoor::kPlant, plantShapes(dice));
+    furnish.againstWall(kCorridor, Indoor::kBin, wasteBinShapes(dice));
+    furnish.hang(kCorridor, Indoor::kPicture, pictureShapes(dice.between(0.5, 1.2), dice.between(0.5, 0.8), 1.6));
   }
 }
 
@@ -104,6 +113,7 @@ Scene makeCorridor(std::uint64_t seed, double dynamics) {
   House house(stage, dice, kCeiling);
   addWalls(house);
   addDoors(house);
+  nameRooms(house);
   Furnisher furnish(stage, dice, dynamics);
   for (std::size_t i = 0; i < 4; ++i) {
     furnishRoom(furnish, dice, southRoom(i));

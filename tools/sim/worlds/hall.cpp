@@ -160,6 +160,7 @@ Scene makeHall(std::uint64_t seed, double dynamics) {
   stage.layout().keepOff(travel.way().points(), 1.3);
   House house(stage, dice, kCeiling);
   addWalls(house);
+  house.nameRoom("hall", {kHall});
   Builder(stage, dice, dynamics).build();
   return scene;
 }

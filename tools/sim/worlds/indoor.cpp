@@ -242,6 +242,14 @@ void House::addFloor(const Vec2& lo, const Vec2& hi) {
             placed({block(0, 0, ceiling_, size.x(), size.y(), 0.1)}, middle));
 }
 
+void House::nameRoom(const std::string& name, const std::vector<Room>& parts) {
+  TruthRoom room{name};
+  for (const Room& part : parts) {
+    room.parts.emplace_back(Vec3(part.lo.x(), part.lo.y(), 0.0), Vec3(part.hi.x(), part.hi.y(), ceiling_));
+  }
+  stage_.addRoom(std::move(room));
+}
+
 void House::addWall(const Vec2& from, const Vec2& to, std::vector<Opening> openings) {
   const Vec2 along = (to - from).normalized();
   const double length = (to - from).norm();

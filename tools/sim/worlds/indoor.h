@@ -71,6 +71,12 @@ struct Opening {
 Opening doorway(double at);
 Opening windowAt(double at, double width);
 
+/// A rectangle between walls.
+struct Room {
+  Vec2 lo, hi;
+  Vec2 center() const { return 0.5 * (lo + hi); }
+};
+
 /// A building under construction: `Stage` with walls.
 class House {
  public:
@@ -83,17 +89,13 @@ class House {
   /// A door leaf hung in the doorway at `at` m along the wall from -> to, turned by `angle` out of the wall to the
   /// left.
   void addDoor(const Vec2& from, const Vec2& to, double at, double angle);
+  /// Tells the truth that these rectangles are one room.
+  void nameRoom(const std::string& name, const std::vector<Room>& parts);
 
  private:
   Stage& stage_;
   Dice& dice_;
   double ceiling_;
-};
-
-/// A rectangle between walls.
-struct Room {
-  Vec2 lo, hi;
-  Vec2 center() const { return 0.5 * (lo + hi); }
 };
 
 /// Puts furniture into rooms where there is room: off the ways, off other furniture.

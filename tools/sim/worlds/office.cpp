@@ -93,6 +93,24 @@ void addDoors(House& house) {
   house.addDoor({kCoreX0, kCoreY1}, {kCoreX1, kCoreY1}, 10.0, 0.0);
 }
 
+/// The four sides of the corridor around the core.
+std::vector<Room> corridors() {
+  return {{{kRingX0, kRingY0}, {kRingX1, kCoreY0}},
+          {{kRingX0, kCoreY1}, {kRingX1, kRingY1}},
+          {{kRingX0, kRingY0}, {kCoreX0, kRingY1}},
+          {{kCoreX1, kRingY0}, {kRingX1, kRingY1}}};
+}
+
+void nameRooms(House& house) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    house.nameRoom("south " + std::to_string(i), {southRoom(i)});
+    house.nameRoom("north " + std::to_string(i), {northRoom(i)});
+  }
+  house.nameRoom("west", {kWestRoom}), house.nameRoom("east", {kEastRoom});
+  house.nameRoom("corridor", corridors());
+  house.nameRoom("core", {{{kCoreX0, kCoreY0}, {kCoreX1, kCoreY1}}});
+}
+
 void furnishOffice(Furnisher& furnish, Dice& dice, const Room& room) {
   const std::size_t desks = 2 + dice.below(3);
   for (std::size_t i = 0; i < desks; ++i) {
@@ -131,11 +149,7 @@ void furnishSideRooms(Furnisher& furnish, Dice& dice) {
 
 /// Flat things along the corridor's walls.
 void furnishCorridor(Furnisher& furnish, Dice& dice) {
-  const Room corridors[] = {{{kRingX0, kRingY0}, {kRingX1, kCoreY0}},
-                            {{kRingX0, kCoreY1}, {kRingX1, kRingY1}},
-                            {{kRingX0, kRingY0}, {kCoreX0, kRingY1}},
-                            {{kCoreX1, kRingY0}, {kRingX1, kRingY1}}};
-  for (const Room& corridor : corridors) {
+  for (const Room& corridor : corridors()) {
     furnish.againstWall(corridor, Indoor::kBin, wasteBinShapes(dice));
     furnish.againstWall(corridor, Indoor::kPlant, plantShapes(dice));
     furnish.againstWall(corridor, Indoor::kBench, indoorBenchShapes(dice.between(1.0, 1.5)));
@@ -161,6 +175,7 @@ Scene makeOffice(std::uint64_t seed, double dynamics) {
   House house(stage, dice, kCeiling);
   addWalls(house);
   addDoors(house);
+  nameRooms(house);
   Furnisher furnish(stage, dice, dynamics);
   furnishSideRooms(furnish, dice);
   for (std::size_t i = 0; i < 4; ++i) {

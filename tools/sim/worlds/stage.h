@@ -98,6 +98,7 @@ class Stage {
 
   Layout& layout() { return layout_; }
   World& world() { return scene_.world; }
+  void addRoom(TruthRoom room) { scene_.rooms.push_back(std::move(room)); }
   Spot spot(const Vec2& p, double yaw) const { return {Vec3(p.x(), p.y(), ground_(p)), yaw}; }
 
   /// Index of the new object; nullopt when there is no room (`gap` m to all that stands).
