@@ -491,6 +491,16 @@ class Command(unittest.TestCase):
         self.assertEqual(code, 0, errors)
         self.assertIn("| office | solid64 | 5% | good | 4 ± 0 | 0.500 ± 0.000 | 1.000 ± 0.000 | 0.400 ± 0.000 | 0.250 ± 0.000 | not yet |", out)
 
+    def test_mechanisms_are_switched_off_one_at_a_time(self):
+        self.correcting("ablation.blind_to_free_space", "ablation.single_frames")
+        code, out, errors = self.run_it("--only", "mechanisms", "--seeds", "1", "--worlds", "office", "--odometry", "good")
+        self.assertEqual(code, 0, errors)
+        for name in ("nothing: as shipped", "free space", "small things"):
+            self.assertIn(f"| office | {name} | 0.500 ± 0.000 |", out)
+        self.assertIn("| office | movers | not yet |", out)  # this mapper cannot do without
+        self.assertEqual(self.configs("blind_to_free_space = true"), 5)  # seeds
+        self.assertEqual(self.configs("blind_to_free_space = true", "single_frames = true"), 0)
+
     def test_worlds_for_one_table_are_in_no_other(self):
         self.program("hgg-sim", SIM.replace("  yard", "  passes\\n  yard"))
         self.run_it("--only", "objects", "--seeds", "1", "--odometry", "good")

@@ -391,7 +391,7 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
 
     def needed(self, name):
         return {"objects": self.object_runs, "trajectory": lambda: self.object_runs() + self.path_runs(), "geometry": self.object_runs,
-                "sensors": self.sensor_runs, "busy": self.busy_runs, "confusion": self.confusion_runs, "things": self.thing_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
+                "sensors": self.sensor_runs, "busy": self.busy_runs, "confusion": self.confusion_runs, "things": self.thing_runs, "mechanisms": self.mechanism_runs, "niw": self.niw_runs, "pairing": self.pairing_runs, "correction": self.correction_runs,
                 "loops": self.loop_runs, "lies": self.lies_runs, "kidnapping": self.kidnapping_runs, "faults": self.faults_runs, "beliefs": self.beliefs_runs,
                 "corridor": self.corridor_runs, "traversability": self.walk_runs, "calibration": self.calibration_runs,
                 "alignment": self.object_runs if "align" in self.workshop.commands else list, "cost": self.timing_runs,
@@ -399,7 +399,7 @@ are those of `tests/kitti_test.sh`. The data is not part of the repository; with
 
 
 LYING = ["lies", "kidnapping", "faults", "beliefs", "corridor"]  # the tables of --only odometry, measured --before as well
-TABLES = ["objects", "sensors", "busy", "confusion", "things", "trajectory", "geometry", "niw", "pairing", "correction", "loops", *LYING, "traversability", "calibration", "alignment", "retrieval", "language", "cost", "real"]
+TABLES = ["objects", "sensors", "busy", "confusion", "things", "mechanisms", "trajectory", "geometry", "niw", "pairing", "correction", "loops", *LYING, "traversability", "calibration", "alignment", "retrieval", "language", "cost", "real"]
 
 
 def memory_cells(stats):
