@@ -7,7 +7,7 @@ CMAKE_FLAGS ?=
 ARGS ?=
 CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp' 'bench/*.h')
 
-.PHONY: help demo test test-sanitize kitti live bench evaluate deps build format lint clean
+.PHONY: help demo test test-sanitize kitti live crash bench evaluate deps build format lint clean
 
 help:  ## show this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 16
@@ -27,6 +27,9 @@ kitti: build  ## map real LiDAR frames and hold the result against the annotated
 
 live: build  ## play a log over real LCM, loopback only, and hold the map against a replay
 	tests/live_test.sh $(BUILD) $(BUILD)/live
+
+crash: build  ## kill a live run 200 times and see that its map is there
+	tests/crash_test.py 200 $(BUILD) $(BUILD)/crash
 
 bench: build  ## time the stages
 	$(BUILD)/hgg_bench

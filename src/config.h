@@ -68,6 +68,7 @@ struct MapConfig {
   double merge_overlap = 0.5;
   double fragment_share = 0.1;
   double active_radius = 100.0;
+  double snapshot_s = 5.0;
 };
 
 struct CorrectionConfig {

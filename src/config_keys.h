@@ -102,6 +102,8 @@ void visitMap(Section& c, Visitor& visit) {
       {0, 1, "", "a thing with less than this share of the evidence of a same-class thing beside it is a piece of it"});
   visit("map", "active_radius", c.active_radius,
         KeyDoc{1, 10000, "m", "map nodes farther from the robot are left alone"});
+  visit("map", "snapshot_s", c.snapshot_s,
+        KeyDoc{0, 86400, "s", "run: the map is written this often, so that a killed run loses no more; 0: never"});
 }
 
 template <typename Section, typename Visitor>

@@ -1,22 +1,17 @@
 #include "output.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <filesystem>
-#include <sstream>
 
 #include "core/text.h"
+#include "leftovers.h"
 #include "map/file.h"
 
 namespace hgg {
 namespace {
-
-/// The trajectory while it grows; an earlier run's stays whole until this one ends. A line holds the pose as it was
-/// known (t x y z qx qy qz qw) and, behind it, the keyframe it moves with and the pose in its frame.
-constexpr char kTrajectoryPart[] = "trajectory.tum.part";
-
-constexpr char kLivePart[] = "live.tum.part";
 
 /// What was said of a pose when it was published.
 std::string statusWord(const StepReport& report) {
@@ -29,6 +24,8 @@ std::string statusWord(const StepReport& report) {
   return report.odometry_fault != OdometryFault::kNone ? codeOf(report.odometry_fault) : nameOf(report.source);
 }
 
+}  // namespace
+
 std::string poseText(const Pose& T) {
   const Eigen::Quaterniond q(T.linear());
   const Vec3 t = T.translation();
@@ -36,49 +33,28 @@ std::string poseText(const Pose& T) {
                      q.w());
 }
 
-Pose readPose(std::istream& in) {
-  Eigen::Quaterniond q;
-  Vec3 t;
-  in >> t.x() >> t.y() >> t.z() >> q.x() >> q.y() >> q.z() >> q.w();
-  Pose T = Pose::Identity();
-  T.linear() = q.normalized().toRotationMatrix();
-  T.translation() = t;
-  return T;
-}
-
-/// Writes every pose where its keyframe is in the end. False where a file fails.
-bool correctTrajectory(const std::string& part, const std::string& corrected, const KeyframeGraph& keyframes) {
-  std::ifstream in(part);
-  std::ofstream out(corrected, std::ios::trunc);
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream words(line);
-    std::string time;
-    KeyframeId keyframe = -1;
-    words >> time;
-    readPose(words);
-    words >> keyframe;
-    const Pose T_keyframe_body = readPose(words);
-    if (!words || keyframe < 0 || keyframe > keyframes.last()) {
-      return false;
-    }
-    const Pose& T_map_keyframe = keyframes.poses()[static_cast<std::size_t>(keyframe)].T_map_body;
-    out << time << ' ' << poseText(T_map_keyframe * T_keyframe_body) << '\n';
-  }
-  return in.eof() && out.flush().good();
-}
-
-}  // namespace
-
-Result<OutputDirectory> OutputDirectory::open(const std::string& directory) {
+Result<OutputDirectory> OutputDirectory::open(const std::string& directory, bool is_resumed) {
+  using Opened = Result<OutputDirectory>;
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  OutputDirectory out(directory);
+  Result<DirectoryLock> lock = DirectoryLock::take(directory);
+  if (!lock) {
+    return Opened::fail(lock.error);
+  }
+  const Result<std::string> kept = keepLeftovers(directory, is_resumed);
+  if (!kept) {
+    return Opened::fail(kept.error);
+  }
+  if (!kept->empty()) {
+    spdlog::warn("{}", *kept);
+  }
+  OutputDirectory out(directory, std::move(*lock));
   out.trajectory_.open(out.path(kTrajectoryPart), std::ios::trunc);
   out.live_.open(out.path(kLivePart), std::ios::trunc);
   if (error || !out.trajectory_ || !out.live_) {
-    return Result<OutputDirectory>::fail(fmt::format("{}: cannot write into the output directory (--out)", directory));
+    return Opened::fail(fmt::format("{}: cannot write into the output directory (--out)", directory));
   }
-  return Result<OutputDirectory>::ok(std::move(out));
+  return Opened::ok(std::move(out));
 }
 
 void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, const Map& map) {
@@ -99,9 +75,12 @@ void OutputDirectory::discard() {
 std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
   // The map first: it is what the drive was for.
   std::vector<std::string> errors{saveMap(mapper.map(), path("map.hgg"))};
+  if (errors.front().empty()) {
+    std::remove(path(kSnapshotFile).c_str());
+  }
   trajectory_.close();
   const std::string part = path(kTrajectoryPart), corrected = path("trajectory.tum.tmp");
-  if (trajectory_ && correctTrajectory(part, corrected, mapper.map().keyframes()) &&
+  if (trajectory_ && correctTrajectory(part, corrected, mapper.map().keyframes(), false) &&
       std::rename(corrected.c_str(), path("trajectory.tum").c_str()) == 0) {
     std::remove(part.c_str());
   } else {

@@ -4,16 +4,21 @@
 #include <string>
 
 #include "core/result.h"
+#include "directory_lock.h"
 #include "mapper.h"
 #include "stats.h"
 
 namespace hgg {
 
-/// The directory a run or replay leaves behind: map.hgg, trajectory.tum, live.tum, stats.json.
+/// A pose as a line of a trajectory has it: x y z qx qy qz qw.
+std::string poseText(const Pose& T);
+
+/// The directory a run or replay leaves behind: map.hgg, trajectory.tum, live.tum, stats.json. It has it to itself.
 class OutputDirectory {
  public:
-  /// Creates the directory where needed and opens the trajectory.
-  static Result<OutputDirectory> open(const std::string& directory);
+  /// Creates the directory where needed, keeps what a killed run left there (leftovers.h) and opens the trajectory.
+  /// `is_resumed`: this run goes on from what the last one into the directory left.
+  static Result<OutputDirectory> open(const std::string& directory, bool is_resumed = false);
 
   /// Adds one line to the trajectory (t x y z qx qy qz qw), one to live.tum (the same as it was published, and a word
   /// for how sure it was) and the frame's cost to the statistics.
@@ -26,9 +31,11 @@ class OutputDirectory {
   std::string path(const char* name) const { return directory_ + "/" + name; }
 
  private:
-  explicit OutputDirectory(std::string directory) : directory_(std::move(directory)) {}
+  OutputDirectory(std::string directory, DirectoryLock lock)
+      : directory_(std::move(directory)), lock_(std::move(lock)) {}
 
   std::string directory_;
+  DirectoryLock lock_;
   std::ofstream trajectory_, live_;
   RunStats stats_;
 };

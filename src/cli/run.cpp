@@ -9,7 +9,9 @@
 
 #include "cli/commands.h"
 #include "core/units.h"
+#include "leftovers.h"
 #include "map/file.h"
+#include "snapshot.h"
 
 namespace hgg {
 namespace {
@@ -17,7 +19,7 @@ namespace {
 struct RunOptions {
   std::string config, lcm_url, map, out = "out/run";
   std::vector<double> start;  // x, y, yaw_deg
-  bool print_config = false;
+  bool resume = false, print_config = false;
 };
 
 /// The map to go on from, an empty one where none is named.
@@ -59,11 +61,11 @@ int run(const RunOptions& o) {
     fmt::print("{}", printConfig(config));
     return kDone;
   }
-  Result<Map> map = startingMap(o.map, *loaded);
+  Result<Map> map = startingMap(o.resume ? lastMapIn(o.out) : o.map, *loaded);
   if (!map) {
     return fail(map.error);
   }
-  Result<OutputDirectory> out = OutputDirectory::open(o.out);
+  Result<OutputDirectory> out = OutputDirectory::open(o.out, o.resume);
   if (!out) {
     return fail(out.error);
   }
@@ -74,14 +76,17 @@ int run(const RunOptions& o) {
     T_map_start.translation() << o.start[0], o.start[1], heightAt(mapper.map(), o.start[0], o.start[1]);
     mapper.startAt(T_map_start);
   }
+  SnapshotWriter snapshots(out->path(kSnapshotFile), config.map.snapshot_s);
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
+    snapshots.offer(mapper.map(), SnapshotWriter::Clock::now());
   };
   const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame);
   if (!counts) {
     out->discard();
     return fail(counts.error);
   }
+  snapshots.finish();  // before the map takes its place
   mapper.finish();
   if (const std::string error = out->finish(mapper, *counts); !error.empty()) {
     return fail(error);
@@ -103,12 +108,16 @@ void addRun(CLI::App& app, Action& action) {
       ->delimiter(',')
       ->expected(3)
       ->needs(map);
+  command
+      ->add_flag("--resume", o->resume, "go on from what the last run into --out left, killed or not; else begin anew")
+      ->excludes(map);
   command->add_option("--out", o->out, "directory for map.hgg, trajectory.tum, stats.json")->capture_default_str();
   command->add_flag("--print-config", o->print_config, "print the effective config with every key explained, and exit");
   command->footer(
       "Example:\n  hggmap run --config firmware_cfg/semantickitti/hggmap.toml --out maps/today\n"
       "  hggmap run --map maps/today/map.hgg                   # anywhere in the map: recognised in a few metres\n"
-      "  hggmap run --map maps/today/map.hgg --start 2.5,-1,90 # known to about 0.3 m and 3 degrees");
+      "  hggmap run --map maps/today/map.hgg --start 2.5,-1,90 # known to about 0.3 m and 3 degrees\n"
+      "  hggmap run --out maps/yard --resume                   # as a service: goes on after a crash or a reboot");
   command->callback([o, &action] { action = [o] { return run(*o); }; });
 }
 
