@@ -57,12 +57,20 @@ class SpaceFinder {
   std::vector<std::pair<int, int>> offsets_;
 };
 
-/// The space that most of a thing's points are in; -1 where no ground is near.
-std::int32_t spaceOf(const MapNode& node, const SpaceFinder& finder) {
+/// The space that most of a thing's points are in; -1 where no ground is near. What hangs in a wall is on the side it
+/// was first seen from.
+std::int32_t spaceOf(const MapLeaves& map, const MapNode& node, const SpaceFinder& finder) {
+  constexpr double kTowardsEye = 0.2;  // m: out of a wall
   std::map<std::int32_t, double> points;
   for (const Leaf& leaf : leavesOf(node)) {
     const Belief b = transform(node.T_map_object, unpackLeaf(leaf));
-    points[finder.at(b.mean)] += b.kappa;
+    Vec3 to_eye = Vec3::Zero();
+    if (node.anchor >= 0 && static_cast<std::size_t>(node.anchor) < map.keyframes.size()) {
+      to_eye = map.keyframes[static_cast<std::size_t>(node.anchor)].T_map_body.translation() - b.mean;
+      to_eye.z() = 0;
+    }
+    const double distance = to_eye.norm();
+    points[finder.at(b.mean + (distance > kTowardsEye ? kTowardsEye / distance : 0) * to_eye)] += b.kappa;
   }
   points.erase(-1);
   const auto most = std::ranges::max_element(points, {}, [](const auto& entry) { return entry.second; });
@@ -155,7 +163,7 @@ Groups groupsOf(const MapLeaves& map, const FloorPlan& plan) {
     if (node.stuff || !isConfirmed(node)) {
       continue;
     }
-    const std::int32_t space = spaceOf(node, finder);
+    const std::int32_t space = spaceOf(map, node, finder);
     if (space >= 0 && isRoom(plan, space)) {
       rooms[space].push_back(id);
       placed.emplace_back(node.belief.mean, space);
