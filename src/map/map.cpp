@@ -67,6 +67,9 @@ MapDelta Map::apply(MapUpdate update) {
     delta.changed.push_back(node.id);
     insert(std::move(node));
   }
+  if (update.tentative) {
+    tentative_ = std::move(*update.tentative);
+  }
   delta.removed = std::move(update.removed);
   std::sort(delta.changed.begin(), delta.changed.end());
   std::sort(delta.removed.begin(), delta.removed.end());
@@ -135,6 +138,12 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
       delta.colliding.push_back(id);
     }
     delta.moved.push_back(id);
+  }
+  for (TentativeThing& thing : tentative_.list) {
+    const auto move = std::ranges::lower_bound(moves, thing.anchor, {}, &KeyframeMoves::value_type::first);
+    if (move != moves.end() && move->first == thing.anchor) {
+      thing.belief = transform(move->second, thing.belief);
+    }
   }
   const auto isAlone = [&](NodeId id) {
     const MapNode& stuff = *find(id);
