@@ -200,13 +200,12 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
   SmallThings small;
   if (!config_.ablation.single_frames) {
     small = gatherSmallThings(map_, local, {free.image, free.T_map_sensor, static_cast<double>(strideOf(frame))},
-                              T_map_body, weight, alignment.pairs, classes_, config_);
+                              T_map_body, weight, classes_, config_);
   }
   const auto evidence =
       classEvidence(local, map_, T_map_body, weight, config_.map.active_radius, config_.creation.sigma_floor,
-                    config_.ablation.blind_to_free_space ? nullptr : &free, small.clusters);
-  MapUpdate update =
-      fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_, std::move(small));
+                    config_.ablation.blind_to_free_space ? nullptr : &free);
+  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_, std::move(small));
   update.keyframe = keyframe;
   return map_.apply(std::move(update));
 }

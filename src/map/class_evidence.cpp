@@ -171,14 +171,10 @@ Variance varianceOf(const Map& map, KeyframeId id) {
 }  // namespace
 
 std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
-                                         double radius, double sigma_floor, const FreeSpace* free,
-                                         std::span<const LocalObject> small) {
+                                         double radius, double sigma_floor, const FreeSpace* free) {
   std::vector<Seen> seen;
-  seen.reserve(local.objects.size() + small.size());
-  for (const std::span<const LocalObject> objects : {std::span<const LocalObject>(local.objects), small}) {
-    for (const LocalObject& object : objects) {
-      seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
-    }
+  for (const LocalObject& object : local.objects) {
+    seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
   }
   std::vector<ClassEvidence> evidence;
   const Variance here = free != nullptr ? varianceOf(map, map.keyframes().last()) : Variance{};

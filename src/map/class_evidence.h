@@ -1,6 +1,5 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "map/local_graph.h"
@@ -22,11 +21,10 @@ struct FreeSpace {
 /// ascending by id. Each of the thing's leaves votes for the class that has most of the frame's points in the leaf's
 /// footprint exp(-d^T Sigma^-1 d / 2), as expected under the frame's leaves. A frame that has other classes where a
 /// thing should be is evidence against the thing. Votes are multiplied by `weight`; `sigma_floor` (m) is added to the
-/// leaves' extents. `small` are further objects of the frame. With `free`, a leaf also votes for free space, by the chance that one of the beams that pass would
+/// leaves' extents. With `free`, a leaf also votes for free space, by the chance that one of the beams that pass would
 /// have hit it, and as far as it has no points. Leaves that are hidden, out of view or without returns do not vote.
 std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
-                                         double radius, double sigma_floor, const FreeSpace* free = nullptr,
-                                         std::span<const LocalObject> small = {});
+                                         double radius, double sigma_floor, const FreeSpace* free = nullptr);
 
 /// The weight of a frame's views after the motion T_last_body since the frame before: 1 from 5 cm or one degree on.
 /// Frames from one place repeat each other's mistakes, so that fifty at rest count as one: a robot that parks for a

@@ -117,20 +117,15 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   return touched;
 }
 
-/// Adds small clusters to the things they belong to, and those that have grown into things.
-void touchSmallThings(const Map& map, const LocalGraph& local, const Pose& T_map_body, const SmallThings& small,
-                      const Config& config, Touched& touched) {
-  const Merging merging = mergingOf(config);
-  for (const auto& [cluster, id] : small.known) {
-    MapNode& node = touched.try_emplace(id, *map.find(id)).first->second;
-    observe(node, small.clusters[cluster], T_map_body, local.utime_us, merging);
-  }
+/// Makes nodes of what small clusters have grown into, unless it lies on a thing of another class.
+void touchGrownThings(const Map& map, const LocalGraph& local, const Pose& T_map_body,
+                      const std::vector<GrownThing>& all, const Config& config, Touched& touched) {
   NodeId next_new = std::min<NodeId>(touched.empty() ? 0 : touched.begin()->first, 0) - 1;
-  for (const GrownThing& grown : small.grown) {
+  for (const GrownThing& grown : all) {
     if (findMistaken(map, grown.object, T_map_body, {}, config) != nullptr) {
       continue;
     }
-    MapNode& node = touched[next_new--] = createNode(grown.object, T_map_body, local.utime_us, merging);
+    MapNode& node = touched[next_new--] = createNode(grown.object, T_map_body, local.utime_us, mergingOf(config));
     node.classes = {};
     addViews(node.classes, grown.views);
     addViews(node.classes, viewsAsStuff(map, grown.object, T_map_body, config.creation.sigma_floor));
@@ -336,7 +331,7 @@ MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, 
                SmallThings small) {
   MapUpdate update;
   Touched touched = touchNodes(map, local, T_map_body, pairs, config);
-  touchSmallThings(map, local, T_map_body, small, config, touched);
+  touchGrownThings(map, local, T_map_body, small.grown, config, touched);
   update.tentative = std::move(small.tentative);
   std::set<NodeId> removed;
   update.evidence = believe(map, evidence, classes, touched, removed);

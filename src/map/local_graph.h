@@ -26,8 +26,8 @@ struct LocalObject {
   std::size_t begin = 0, end = 0;  // its points in LocalGraph::points
 };
 
-/// A cluster of a frame that has too few points to be an object of its own: a thing that is small or far away, or points
-/// with wrong labels. What it is shows over several frames (map/tentative.h). Body frame.
+/// A cluster of a frame that has too few points to be an object of its own: a thing that is small or far away, or
+/// points with wrong labels. What it is shows over several frames (map/tentative.h). Body frame.
 struct SmallCluster {
   ClassId label = 0;
   Belief belief;

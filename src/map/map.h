@@ -31,12 +31,12 @@ struct NewKeyframe {
 
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
-  std::optional<NewKeyframe> keyframe;  // added first, so that created nodes are anchored to it
-  std::vector<MapNode> changed;         // existing ids, whole new state
-  std::vector<MapNode> created;         // id 0: the map gives them one
-  std::vector<NodeId> removed;          // absorbed into another node, or faded
-  std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
-  bool is_sequel = false;               // belongs to the revision of the frame before it
+  std::optional<NewKeyframe> keyframe;       // added first, so that created nodes are anchored to it
+  std::vector<MapNode> changed;              // existing ids, whole new state
+  std::vector<MapNode> created;              // id 0: the map gives them one
+  std::vector<NodeId> removed;               // absorbed into another node, or faded
+  std::vector<ClassEvidence> evidence;       // of existing things that are otherwise as they were
+  bool is_sequel = false;                    // belongs to the revision of the frame before it
   std::optional<TentativeThings> tentative;  // as they are from now on
 };
 

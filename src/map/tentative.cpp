@@ -1,32 +1,35 @@
 #include "map/tentative.h"
 
 #include <algorithm>
-#include <cstdio>
-#include <cstdlib>
 #include <cmath>
-#include <limits>
 #include <map>
-#include <span>
 
 #include "core/units.h"
 
 namespace hgg {
 namespace {
 
-/// A thing that exists is found by one look in four or more: the limit of existence() (core/class_belief.h), where three
-/// misses weigh as much as one find.
+/// A thing that exists is found by one look in four or more: the limit of existence() (core/class_belief.h), where
+/// three misses weigh as much as one find.
 constexpr double kLeastFound = 0.25;
+/// A thing that noise troubles much is found by one look in two.
+constexpr double kOftenFound = 0.5;
+/// Chance that something found by one look in four passes for one. Chosen by hand.
+constexpr double kMistaken = 0.05;
 /// Things made by noise in a drive, expected number. Chosen by hand: the test's strength is linear in its logarithm.
 constexpr double kFalseThings = 0.01;
 /// Looks at noise, and repeats among them, that a drive starts with: one in twenty until it has shown its own share.
 constexpr double kPriorLooks = 20, kPriorRepeats = 1;
-/// Views in a stretch of wrong labels: two seconds at 10 Hz, as in map/stuff_surface.cpp. All finds of one stretch are one
-/// opinion.
+/// Views in a stretch of wrong labels: two seconds at 10 Hz, as in map/stuff_surface.cpp. All finds of one stretch are
+/// one opinion.
 constexpr double kStretch = 20;
-/// At most so many tentative things. Those go first that were seen last the longest ago, where each frame that found one
-/// keeps it for a second more.
-constexpr std::size_t kMostTentative = 2048;
+/// At most so many tentative things. Those go first that were seen last the longest ago, where each frame that found
+/// one keeps it for a second more.
+constexpr std::size_t kMostTentative = 1024;
 constexpr Micros kKeptForFrame_us = 1'000'000;
+/// A frame looks at one in so many of those that it has no cluster of, and counts that look as many times: bounds the
+/// work.
+constexpr std::size_t kLookedAtInTurn = 4;
 /// How far around a cluster other ends of beams are looked for, beside its class's radius: a beam or two of a spinning
 /// LiDAR to either side, rad.
 constexpr double kBesideBeams = 0.5 * kDegree;
@@ -70,20 +73,17 @@ bool standsClear(const FrameBeams& beams, const Pose& T_sensor_body, const Small
   return count.ends * beams.per_counted <= 2 * cluster.belief.kappa;
 }
 
-/// The active node of the cluster's class that it touches; 0 when there is none.
-NodeId findNode(const Map& map, ClassId label, const Belief& cluster, double radius, double gate) {
-  for (const NodeId id : map.near(cluster.mean, gate)) {
+/// True when the cluster comes closer than `reach` to an active, confirmed node of its class.
+bool isAtNode(const Map& map, ClassId label, const Belief& cluster, double reach, double gate) {
+  return std::ranges::any_of(map.near(cluster.mean, gate), [&](NodeId id) {
     const MapNode& node = *map.find(id);
-    if (node.stuff || node.label != label || node.geometry == nullptr) {
-      continue;
+    if (node.stuff || node.label != label || !isConfirmed(node)) {
+      return false;
     }
     const Belief here = transform(node.T_map_object.inverse(), cluster);
-    if (std::ranges::any_of(leavesOf(node),
-                            [&](const Leaf& leaf) { return gapBetween(unpackLeaf(leaf), here) < radius; })) {
-      return id;
-    }
-  }
-  return 0;
+    return std::ranges::any_of(leavesOf(node),
+                               [&](const Leaf& leaf) { return gapBetween(unpackLeaf(leaf), here) < reach; });
+  });
 }
 
 /// How often noise repeats at a place where it was once, a share of the looks.
@@ -94,8 +94,15 @@ double repeatsOfNoise(const TentativeThings& things) {
 
 /// Log likelihood ratio of a thing against noise, from the finds after the first stretch and all misses.
 double evidenceOf(const TentativeThing& thing, double noise) {
-  return thing.found_again * std::log(kLeastFound / noise) +
-         thing.missed * std::log((1 - kLeastFound) / (1 - noise));
+  return thing.found_again * std::log(kLeastFound / noise) + thing.missed * std::log((1 - kLeastFound) / (1 - noise));
+}
+
+/// True when it is found clearly more often than by one look in four, as what stands at a border of two things is,
+/// whose points now and then take the other's label.
+bool isFoundOften(const TentativeThing& thing) {
+  return thing.found * std::log(kOftenFound / kLeastFound) +
+             thing.missed * std::log((1 - kOftenFound) / (1 - kLeastFound)) >
+         -std::log(kMistaken);
 }
 
 /// The tentative things of one frame at work.
@@ -131,13 +138,8 @@ class Gathering {
       is_found_.push_back(true), is_object_.push_back(false);
       return;
     }
-    TentativeThing& thing = things_.list[nearest];
-    thing.belief = merge(thing.belief, cluster);
-    if (!is_found_[nearest]) {
-      thing.found_again += thing.found + thing.missed >= kStretch ? weight_ : 0;
-      thing.found += weight_, ++thing.frames, thing.last_us = utime_us_;
-      is_found_[nearest] = true;
-    }
+    things_.list[nearest].belief = merge(things_.list[nearest].belief, cluster);
+    find(nearest);
   }
 
   /// Ends those that the frame has an object of their class at: they are that object.
@@ -151,7 +153,9 @@ class Gathering {
   /// Looks at those that the frame has no cluster of.
   void look() {
     const Pose T_sensor_map = beams_.T_map_sensor.inverse();
-    for (std::size_t k = 0; k < things_.list.size(); ++k) {
+    // By the frame's time in a mixed order, so that no rate of frames leaves some of them out.
+    const std::uint64_t turn = (static_cast<std::uint64_t>(utime_us_) * 0x9E3779B97F4A7C15ULL) >> 32;
+    for (std::size_t k = turn % kLookedAtInTurn; k < things_.list.size(); k += kLookedAtInTurn) {
       TentativeThing& thing = things_.list[k];
       const ClassInfo* info = classes_.find(thing.label);
       if (is_found_[k] || is_object_[k] || info == nullptr || !map_.isActive(thing.anchor) ||
@@ -162,8 +166,8 @@ class Gathering {
       place.cov.diagonal().array() += square(info->cluster_radius / 4);
       const BeamCount count = beamsAt(beams_, T_sensor_map, place, info->cluster_radius / 4);
       const double nobody = std::exp(-count.ends), all = count.through + count.hits + count.hidden;
-      thing.missed += weight_ * (1 - nobody + nobody * (1 - std::exp(-count.through)) *
-                                                  (all > 0 ? count.through / all : 0));
+      thing.missed += kLookedAtInTurn * weight_ *
+                      (1 - nobody + nobody * (1 - std::exp(-count.through)) * (all > 0 ? count.through / all : 0));
     }
   }
 
@@ -183,11 +187,8 @@ class Gathering {
         things_.repeats_of_noise += thing.found_again;
         return true;
       }
-      if (evidence < enough || thing.belief.kappa < info->min_points) {
+      if (evidence < enough || thing.belief.kappa < info->min_points || !isFoundOften(thing)) {
         return false;
-      }
-      if (getenv("HGG_DEBUG") != nullptr) {  // XXX
-        fprintf(stderr, "grown %d %.2f %.2f %.2f found %.1f missed %.1f frames %d kappa %.0f span %.1f ev %.1f / %.1f ext %.2f %.2f %.2f\n", thing.label, thing.belief.mean.x(), thing.belief.mean.y(), thing.belief.mean.z(), thing.found, thing.missed, thing.frames, thing.belief.kappa, (double)(thing.last_us - thing.first_us) / 1e6, evidence, enough, std::sqrt(thing.belief.cov(0,0)), std::sqrt(thing.belief.cov(1,1)), std::sqrt(thing.belief.cov(2,2)));
       }
       ClassWeights views;
       addWeight(views, thing.label, thing.found);
@@ -197,7 +198,9 @@ class Gathering {
       return true;
     });
     if (things_.list.size() > kMostTentative) {
-      const auto keptUntil = [](const TentativeThing& thing) { return thing.last_us + thing.frames * kKeptForFrame_us; };
+      const auto keptUntil = [](const TentativeThing& thing) {
+        return thing.last_us + thing.frames * kKeptForFrame_us;
+      };
       std::vector<Micros> kept(things_.list.size());
       std::ranges::transform(things_.list, kept.begin(), keptUntil);
       const auto last = kept.begin() + static_cast<std::ptrdiff_t>(kept.size() - kMostTentative);
@@ -210,6 +213,15 @@ class Gathering {
   TentativeThings take() { return std::move(things_); }
 
  private:
+  void find(std::size_t k) {
+    TentativeThing& thing = things_.list[k];
+    if (!is_found_[k]) {
+      thing.found_again += thing.found + thing.missed >= kStretch ? weight_ : 0;
+      thing.found += weight_, ++thing.frames, thing.last_us = utime_us_;
+      is_found_[k] = true;
+    }
+  }
+
   const Map& map_;
   const FrameBeams& beams_;
   double weight_;
@@ -224,29 +236,21 @@ class Gathering {
 }  // namespace
 
 SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const FrameBeams& beams, const Pose& T_map_body,
-                              double weight, const std::vector<ObjectPair>& pairs, const ClassTable& classes,
-                              const Config& config) {
-  SmallThings small;
-  std::vector<NodeId> paired;
-  for (const ObjectPair& pair : pairs) {
-    paired.push_back(pair.map);
-  }
-  std::ranges::sort(paired);
+                              double weight, const ClassTable& classes, const Config& config) {
   Gathering gathering(map, beams, weight, classes, config, local.utime_us);
   const Pose T_sensor_body = beams.T_map_sensor.inverse() * T_map_body;
+  const double per_range = config.creation.beam_factor * config.creation.beam_spacing_deg * kDegree;
   for (const SmallCluster& cluster : local.small) {
     const ClassInfo* info = classes.find(cluster.label);
     if (info == nullptr || !standsClear(beams, T_sensor_body, cluster, info->cluster_radius)) {
       continue;
     }
+    // As far as clustering would join them, had the cluster been seen together with all of the node.
+    const double reach = std::max(info->cluster_radius, per_range * cluster.belief.mean.norm());
     const Belief here = transform(T_map_body, cluster.belief);
-    const NodeId node = findNode(map, cluster.label, here, info->cluster_radius, config.alignment.gate);
-    if (node == 0) {
+    if (!isAtNode(map, cluster.label, here, reach, config.alignment.gate)) {
       gathering.add(cluster.label, here, info->cluster_radius);
-    } else if (getenv("HGG_MERGE") && !std::ranges::binary_search(paired, node)) {
-      small.known.emplace_back(small.clusters.size(), node);
     }
-    small.clusters.push_back(objectOf(cluster.label, cluster.belief));
   }
   for (const LocalObject& object : local.objects) {
     const ClassInfo* info = object.stuff ? nullptr : classes.find(object.label);
@@ -254,12 +258,10 @@ SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const Fra
       gathering.yieldTo(object, T_map_body, info->cluster_radius);
     }
   }
+  SmallThings small;
   gathering.look();
   gathering.decide(T_map_body, small.grown);
   small.tentative = gathering.take();
-  if (getenv("HGG_DEBUG") != nullptr) {  // XXX
-    fprintf(stderr, "small %zu clear %zu known %zu grown %zu tent %zu begun %.0f looks %.0f rep %.1f\n", local.small.size(), small.clusters.size(), small.known.size(), small.grown.size(), small.tentative.list.size(), small.tentative.begun, small.tentative.looks_at_noise, small.tentative.repeats_of_noise);
-  }
   return small;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "config.h"
@@ -21,12 +20,10 @@ struct GrownThing {
   Micros first_us = 0;
 };
 
-/// What the clusters of a frame that are too small to be objects tell.
+/// What has become of tentative things by a frame.
 struct SmallThings {
-  std::vector<LocalObject> clusters;                        // those that are no grains within another surface
-  std::vector<std::pair<std::size_t, NodeId>> known;        // of these, pieces of things that are in the map
-  std::vector<GrownThing> grown;                            // by the frames so far
-  TentativeThings tentative;                                // the others, as they are after this frame
+  std::vector<GrownThing> grown;
+  TentativeThings tentative;  // the others
 };
 
 /// Where the beams of a frame ended, as the test for small things asks it.
@@ -37,12 +34,11 @@ struct FrameBeams {
 };
 
 /// Gathers evidence below min_points: track before detect. Small clusters in the middle of other surfaces are grains of
-/// wrong labels and left out. A cluster that touches an active node of its class belongs to it; else it belongs to the
+/// wrong labels and left out. A cluster at a confirmed node of its class belongs to that; else it belongs to the
 /// tentative thing that it touches, or begins one. The others that the frame looked at are missed. Those that are no
 /// more often found than noise is are dropped; those that noise cannot explain have grown into things. `weight`: of the
-/// frame's view (viewWeight), `pairs`: what alignment has paired.
+/// frame's view (viewWeight).
 SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const FrameBeams& beams, const Pose& T_map_body,
-                              double weight, const std::vector<ObjectPair>& pairs, const ClassTable& classes,
-                              const Config& config);
+                              double weight, const ClassTable& classes, const Config& config);
 
 }  // namespace hgg
