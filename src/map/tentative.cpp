@@ -33,6 +33,8 @@ constexpr std::size_t kLookedAtInTurn = 4;
 /// How far around a cluster other ends of beams are looked for, beside its class's radius: a beam or two of a spinning
 /// LiDAR to either side, rad.
 constexpr double kBesideBeams = 0.5 * kDegree;
+/// Pieces of one object can be so many cluster radii apart, as in map/fuse.cpp.
+constexpr double kFragmentDistance = 2;
 /// An evenly filled patch ends sqrt(3) standard deviations from its middle.
 constexpr double kPatchSigmas = 1.732;
 /// Class of a view in which a place was something else, whatever.
@@ -73,12 +75,17 @@ bool standsClear(const FrameBeams& beams, const Pose& T_sensor_body, const Small
   return count.ends * beams.per_counted <= 2 * cluster.belief.kappa;
 }
 
-/// True when the cluster comes closer than `reach` to an active, confirmed node of its class.
+/// True when the cluster comes closer than `reach` to the surface of an active, confirmed node of its class, or lies no
+/// farther from its middle than it is long: more likely a piece of a thing that is hidden in part than one of its own.
 bool isAtNode(const Map& map, ClassId label, const Belief& cluster, double reach, double gate) {
   return std::ranges::any_of(map.near(cluster.mean, gate), [&](NodeId id) {
     const MapNode& node = *map.find(id);
     if (node.stuff || node.label != label || !isConfirmed(node)) {
       return false;
+    }
+    const double length = 2 * kPatchSigmas * std::sqrt(std::max(node.belief.cov.trace(), 0.0));
+    if ((cluster.mean - node.belief.mean).norm() < length) {
+      return true;
     }
     const Belief here = transform(node.T_map_object.inverse(), cluster);
     return std::ranges::any_of(leavesOf(node),
@@ -246,7 +253,7 @@ SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const Fra
       continue;
     }
     // As far as clustering would join them, had the cluster been seen together with all of the node.
-    const double reach = std::max(info->cluster_radius, per_range * cluster.belief.mean.norm());
+    const double reach = std::max(kFragmentDistance * info->cluster_radius, per_range * cluster.belief.mean.norm());
     const Belief here = transform(T_map_body, cluster.belief);
     if (!isAtNode(map, cluster.label, here, reach, config.alignment.gate)) {
       gathering.add(cluster.label, here, info->cluster_radius);
