@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "core/se3.h"
+#include "map/tentative.h"
 
 namespace hgg {
 namespace {
@@ -139,12 +140,7 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
     }
     delta.moved.push_back(id);
   }
-  for (TentativeThing& thing : tentative_.list) {
-    const auto move = std::ranges::lower_bound(moves, thing.anchor, {}, &KeyframeMoves::value_type::first);
-    if (move != moves.end() && move->first == thing.anchor) {
-      thing.belief = transform(move->second, thing.belief);
-    }
-  }
+  moveThings(tentative_, moves);
   const auto isAlone = [&](NodeId id) {
     const MapNode& stuff = *find(id);
     return tiles_.at({stuff.label, stuff.tile}).size() == 1;

@@ -272,4 +272,13 @@ SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const Fra
   return small;
 }
 
+void moveThings(TentativeThings& things, const KeyframeMoves& moves) {
+  for (TentativeThing& thing : things.list) {
+    const auto move = std::ranges::lower_bound(moves, thing.anchor, {}, &KeyframeMoves::value_type::first);
+    if (move != moves.end() && move->first == thing.anchor) {
+      thing.belief = transform(move->second, thing.belief);
+    }
+  }
+}
+
 }  // namespace hgg

@@ -41,4 +41,7 @@ struct FrameBeams {
 SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const FrameBeams& beams, const Pose& T_map_body,
                               double weight, const ClassTable& classes, const Config& config);
 
+/// Moves them with their anchor keyframes; `moves`: ascending.
+void moveThings(TentativeThings& things, const KeyframeMoves& moves);
+
 }  // namespace hgg
