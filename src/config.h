@@ -102,6 +102,7 @@ struct AblationConfig {
   bool odometry_pose = false;
   bool uniform_weights = false;
   bool blind_to_free_space = false;
+  bool single_frames = false;
   PairCost cost = PairCost::kWasserstein;
 };
 

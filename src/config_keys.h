@@ -149,6 +149,8 @@ void visitAblation(Section& c, Visitor& visit) {
         KeyDoc{0, 0, "", "for evaluation only: factors of the window weigh the same, whatever was seen"});
   visit("ablation", "blind_to_free_space", c.blind_to_free_space,
         KeyDoc{0, 0, "", "for evaluation only: what beams pass through does not speak against things"});
+  visit("ablation", "single_frames", c.single_frames,
+        KeyDoc{0, 0, "", "for evaluation only: clusters below min_points are dropped, not gathered over frames"});
   visit("ablation", "cost", c.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

@@ -42,11 +42,14 @@ constexpr std::size_t kImageBeams = 60'000;
 /// (docs/method.md, "A prior that is too sure").
 constexpr double kTurnFloor = 0.05 * kDegree;
 
+/// Each how many points the image takes one.
+std::size_t strideOf(const Frame& frame) { return std::max<std::size_t>(frame.points.size() / kImageBeams, 1); }
+
 /// What the frame sees through from its aligned pose.
 FreeSpace freeSpaceOf(const Frame& frame, const Alignment& alignment) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   FreeSpace free{RangeImage(frame.p_body_sensor), T_map_body * Eigen::Translation3d(frame.p_body_sensor)};
-  const std::size_t stride = std::max<std::size_t>(frame.points.size() / kImageBeams, 1);
+  const std::size_t stride = strideOf(frame);
   for (std::size_t k = 0; k < frame.points.size(); k += stride) {
     free.image.add(frame.points[k].x, frame.points[k].y, frame.points[k].z);
   }
@@ -192,13 +195,17 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
                         const std::optional<NewKeyframe>& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const std::optional<Pose> T_last_body = tracker_.motionTo(T_map_body);
-  std::optional<FreeSpace> free;
-  if (!config_.ablation.blind_to_free_space) {
-    free = freeSpaceOf(frame, alignment);
+  const double weight = T_last_body ? viewWeight(*T_last_body) : 1;
+  const FreeSpace free = freeSpaceOf(frame, alignment);
+  SmallThings small;
+  if (!config_.ablation.single_frames) {
+    small = gatherSmallThings(map_, local, {free.image, free.T_map_sensor, static_cast<double>(strideOf(frame))},
+                              T_map_body, weight, classes_, config_);
   }
-  const auto evidence = classEvidence(local, map_, T_map_body, T_last_body ? viewWeight(*T_last_body) : 1,
-                                      config_.map.active_radius, config_.creation.sigma_floor, free ? &*free : nullptr);
-  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_);
+  const auto evidence =
+      classEvidence(local, map_, T_map_body, weight, config_.map.active_radius, config_.creation.sigma_floor,
+                    config_.ablation.blind_to_free_space ? nullptr : &free);
+  MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_, std::move(small));
   update.keyframe = keyframe;
   return map_.apply(std::move(update));
 }

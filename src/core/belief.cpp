@@ -53,6 +53,14 @@ Belief transform(const Pose& T_a_b, const Belief& b) {
   return {T_a_b * b.mean, R * b.cov * R.transpose(), b.kappa};
 }
 
+Pose objectFrame(const Belief& belief) {
+  const Eigen3 e = eigenSymmetric(belief.cov);
+  Pose T = Pose::Identity();
+  T.linear() << e.vectors.col(2), e.vectors.col(1), -e.vectors.col(0);
+  T.translation() = belief.mean;
+  return T;
+}
+
 Mat3 covarianceOfIndependentPoints(const Belief& b) { return b.cov / std::max(b.kappa, 1.0); }
 
 double wasserstein2(const Belief& a, const Belief& b) {

@@ -42,6 +42,9 @@ Belief beliefFromPoints(std::span<const Vec3> points);
 Belief merge(const Belief& a, const Belief& b);
 /// The belief in frame a, given T_a_b and the belief in frame b.
 Belief transform(const Pose& T_a_b, const Belief& b);
+/// Object frame of a belief: origin at its mean, axes along the eigenvectors of its extent (x the longest),
+/// right-handed.
+Pose objectFrame(const Belief& belief);
 /// Cov[mu] of the Normal-Inverse-Wishart belief, cov / kappa (m^2): how well the mean would be known if the points were
 /// independent, which they are not. For comparison only; positionCovariance (core/position_uncertainty.h) is the model
 /// that holds.

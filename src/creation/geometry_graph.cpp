@@ -98,14 +98,6 @@ struct Partition {
 
 }  // namespace
 
-Pose objectFrame(const Belief& belief) {
-  const Eigen3 e = eigenSymmetric(belief.cov);
-  Pose T = Pose::Identity();
-  T.linear() << e.vectors.col(2), e.vectors.col(1), -e.vectors.col(0);
-  T.translation() = belief.mean;
-  return T;
-}
-
 std::vector<LocalLeaf> partitionLeaves(std::span<PackedPoint> points, const Pose& T_body_object, int leaf_points,
                                        const RadiusLaw& bridge) {
   Partition partition{static_cast<std::size_t>(std::max(leaf_points, 1)), bridge, T_body_object, {}};

@@ -9,10 +9,6 @@
 
 namespace hgg {
 
-/// Object frame of a belief: origin at its mean, axes along the eigenvectors of its extent (x the longest),
-/// right-handed.
-Pose objectFrame(const Belief& belief);
-
 /// k-d partition of an instance's points (body frame, reordered in place): the widest axis is split at its mean until a
 /// part has at most `leaf_points`. A part is split again at a gap wider than `bridge` allows at its range, so that no
 /// leaf spans the empty space between two clumps of a stuff tile. Each part becomes a leaf Gaussian in the object

@@ -109,7 +109,7 @@ std::vector<PackedPoint> sortByGroup(Grouping& g) {
   return sorted;
 }
 
-/// Sorts a thing group's points by cluster in place and appends the clusters that are large enough.
+/// Sorts a thing group's points by cluster in place and appends the clusters, those that are too small apart.
 void splitIntoClusters(const Group& group, const RadiusLaw& law, Instances& out) {
   const std::span<PackedPoint> points = std::span(out.points).subspan(group.begin, group.end - group.begin);
   const std::vector<std::int32_t> cluster = clusterEuclidean(points, law);
@@ -122,10 +122,8 @@ void splitIntoClusters(const Group& group, const RadiusLaw& law, Instances& out)
   std::vector<std::size_t> cursor;
   for (const std::size_t count : end) {
     cursor.push_back(offset);
-    if (count >= static_cast<std::size_t>(group.info->min_points)) {
-      out.list.push_back(
-          {group.info->id, group.instance, false, {}, group.begin + offset, group.begin + offset + count});
-    }
+    std::vector<Instance>& list = count >= static_cast<std::size_t>(group.info->min_points) ? out.list : out.small;
+    list.push_back({group.info->id, group.instance, false, {}, group.begin + offset, group.begin + offset + count});
     offset += count;
   }
   const std::vector<PackedPoint> unsorted(points.begin(), points.end());

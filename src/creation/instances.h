@@ -20,11 +20,12 @@ struct Instance {
 };
 
 /// A frame cut into instances. Things are clusters (clusterEuclidean) of the points with one class and one instance id
-/// of the segmenter; stuff is cut by the tiles of the map frame. Points of clusters that are too small stay in `points`
+/// of the segmenter; stuff is cut by the tiles of the map frame. Points of tiles with too few points stay in `points`
 /// without an instance.
 struct Instances {
   std::vector<PackedPoint> points;
   std::vector<Instance> list;
+  std::vector<Instance> small;  // clusters with fewer points than an object of the class needs
   std::size_t nonfinite_points = 0, out_of_range_points = 0, ignored_points = 0, unknown_labels = 0;
 };
 

@@ -45,6 +45,11 @@ LocalGraph createLocalGraph(const Frame& frame, const Pose& T_map_body, const Cl
     graph.objects.push_back(createObject(instance, points, config.creation));
     graph.objects.back().begin = instance.begin, graph.objects.back().end = instance.end;
   }
+  graph.small.reserve(instances.small.size());
+  for (const Instance& instance : instances.small) {
+    graph.small.push_back(
+        {instance.label, beliefOf(std::span(instances.points).subspan(instance.begin, instance.end - instance.begin))});
+  }
   graph.points = std::move(instances.points);
   for (const LocalObject& object : graph.objects) {
     means.push_back(object.belief.mean);

@@ -117,6 +117,24 @@ Touched touchNodes(const Map& map, const LocalGraph& local, const Pose& T_map_bo
   return touched;
 }
 
+/// Makes nodes of what small clusters have grown into, unless it lies on a thing of another class.
+void touchGrownThings(const Map& map, const LocalGraph& local, const Pose& T_map_body,
+                      const std::vector<GrownThing>& all, const Config& config, Touched& touched) {
+  NodeId next_new = std::min<NodeId>(touched.empty() ? 0 : touched.begin()->first, 0) - 1;
+  for (const GrownThing& grown : all) {
+    if (findMistaken(map, grown.object, T_map_body, {}, config) != nullptr) {
+      continue;
+    }
+    MapNode& node = touched[next_new--] = createNode(grown.object, T_map_body, local.utime_us, mergingOf(config));
+    node.classes = {};
+    addViews(node.classes, grown.views);
+    addViews(node.classes, viewsAsStuff(map, grown.object, T_map_body, config.creation.sigma_floor));
+    addViews(node.classes, viewsOfPlane(local, grown.object, config.creation.sigma_floor));
+    node.views = grown.frames;
+    node.first_us = grown.first_us;
+  }
+}
+
 /// Half of a box's side in standard deviations of what is spread over it: sqrt(3) where it is evenly filled, about two
 /// where only one side was seen. Chosen by hand between these and more, not measured.
 constexpr double kBoxSigmas = 2;
@@ -309,9 +327,12 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 }
 
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
-               const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config) {
+               const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config,
+               SmallThings small) {
   MapUpdate update;
   Touched touched = touchNodes(map, local, T_map_body, pairs, config);
+  touchGrownThings(map, local, T_map_body, small.grown, config, touched);
+  update.tentative = std::move(small.tentative);
   std::set<NodeId> removed;
   update.evidence = believe(map, evidence, classes, touched, removed);
   std::vector<NodeId> things;

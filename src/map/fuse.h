@@ -6,6 +6,7 @@
 #include "map/leaf_grid.h"
 #include "map/local_graph.h"
 #include "map/map.h"
+#include "map/tentative.h"
 
 namespace hgg {
 
@@ -21,8 +22,10 @@ void absorb(MapNode& keep, const MapNode& other, double leaf_size, MergeRule rul
 /// new nodes, or join the thing of another class on whose surface they lie. `evidence` is added to the class beliefs; a
 /// thing takes the label of its likeliest class and is removed when its existence falls below 0.1. Then things of one
 /// class that are one object merge: a segmenter may have split it, or a grazing beam may have left a gap in it.
+/// `small`: what the clusters tell that are too small to be objects.
 MapUpdate fuse(const Map& map, const LocalGraph& local, const Pose& T_map_body, const std::vector<ObjectPair>& pairs,
-               const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config);
+               const std::vector<ClassEvidence>& evidence, const ClassTable& classes, const Config& config,
+               SmallThings small = {});
 
 /// Computes how each node of `pending` (ids, ascending) merges with the active nodes that are the same object: stuff
 /// of one tile, things that are one object. These are nodes that a loop closure has moved onto others, or that were out

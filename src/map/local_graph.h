@@ -26,10 +26,18 @@ struct LocalObject {
   std::size_t begin = 0, end = 0;  // its points in LocalGraph::points
 };
 
+/// A cluster of a frame that has too few points to be an object of its own: a thing that is small or far away, or
+/// points with wrong labels. What it is shows over several frames (map/tentative.h). Body frame.
+struct SmallCluster {
+  ClassId label = 0;
+  Belief belief;
+};
+
 /// G_t: the objects of one frame, made without looking at the map.
 struct LocalGraph {
   Micros utime_us = 0;
   std::vector<LocalObject> objects;
+  std::vector<SmallCluster> small;
   /// Relative neighbourhood graph over the means, pairs (i < j). Its weights (eq. rel_weights) are left out: nobody
   /// asks for those of a frame, and the map's graph weighs its own edges.
   std::vector<std::pair<int, int>> edges;

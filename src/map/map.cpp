@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "core/se3.h"
+#include "map/tentative.h"
 
 namespace hgg {
 namespace {
@@ -66,6 +67,9 @@ MapDelta Map::apply(MapUpdate update) {
     node.anchor = keyframes_.last();
     delta.changed.push_back(node.id);
     insert(std::move(node));
+  }
+  if (update.tentative) {
+    tentative_ = std::move(*update.tentative);
   }
   delta.removed = std::move(update.removed);
   std::sort(delta.changed.begin(), delta.changed.end());
@@ -136,6 +140,7 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
     }
     delta.moved.push_back(id);
   }
+  moveThings(tentative_, moves);
   const auto isAlone = [&](NodeId id) {
     const MapNode& stuff = *find(id);
     return tiles_.at({stuff.label, stuff.tile}).size() == 1;

@@ -12,6 +12,7 @@
 #include "map/keyframes.h"
 #include "map/node.h"
 #include "map/object_graph.h"
+#include "map/tentative_things.h"
 
 namespace hgg {
 
@@ -30,12 +31,13 @@ struct NewKeyframe {
 
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
-  std::optional<NewKeyframe> keyframe;  // added first, so that created nodes are anchored to it
-  std::vector<MapNode> changed;         // existing ids, whole new state
-  std::vector<MapNode> created;         // id 0: the map gives them one
-  std::vector<NodeId> removed;          // absorbed into another node, or faded
-  std::vector<ClassEvidence> evidence;  // of existing things that are otherwise as they were
-  bool is_sequel = false;               // belongs to the revision of the frame before it
+  std::optional<NewKeyframe> keyframe;       // added first, so that created nodes are anchored to it
+  std::vector<MapNode> changed;              // existing ids, whole new state
+  std::vector<MapNode> created;              // id 0: the map gives them one
+  std::vector<NodeId> removed;               // absorbed into another node, or faded
+  std::vector<ClassEvidence> evidence;       // of existing things that are otherwise as they were
+  bool is_sequel = false;                    // belongs to the revision of the frame before it
+  std::optional<TentativeThings> tentative;  // as they are from now on
 };
 
 /// What correction does to the map: the new poses of keyframes, and the loops that were closed.
@@ -96,6 +98,8 @@ class Map {
   bool isActive(const MapNode& node) const { return isActive(node.anchor); }
   /// Whether the nodes anchored to a keyframe are active; true for none (-1).
   bool isActive(KeyframeId id) const;
+  /// What may become nodes: evidence of small things that is not enough yet.
+  const TentativeThings& tentative() const { return tentative_; }
   const KeyframeGraph& keyframes() const { return keyframes_; }
   /// How far a keyframe may have drifted: the covariance of its pose in the map, in the tangent of core/se3.h. Zero for
   /// none (-1).
@@ -186,6 +190,7 @@ class Map {
   PointIndex means_;
   ObjectGraph graph_;
   std::map<TileKey, std::vector<NodeId>> tiles_;  // more than one where some are not active
+  TentativeThings tentative_;
   KeyframeGraph keyframes_;
   PoseCovariances pose_covariances_;           // of keyframes_
   std::vector<bool> active_;                   // keyframes
