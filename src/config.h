@@ -100,6 +100,7 @@ struct AblationConfig {
   bool odometry_pose = false;
   bool uniform_weights = false;
   bool blind_to_free_space = false;
+  bool blind_to_motion = false;
   PairCost cost = PairCost::kWasserstein;
 };
 

@@ -146,6 +146,8 @@ void visitAblation(Section& c, Visitor& visit) {
         KeyDoc{0, 0, "", "for evaluation only: factors of the window weigh the same, whatever was seen"});
   visit("ablation", "blind_to_free_space", c.blind_to_free_space,
         KeyDoc{0, 0, "", "for evaluation only: what beams pass through does not speak against things"});
+  visit("ablation", "blind_to_motion", c.blind_to_motion,
+        KeyDoc{0, 0, "", "for evaluation only: what moves is taken to be part of the map"});
   visit("ablation", "cost", c.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

@@ -9,14 +9,15 @@
 
 namespace hgg {
 
-/// The directory a run or replay leaves behind: map.hgg, trajectory.tum, live.tum, stats.json.
+/// The directory a run or replay leaves behind: map.hgg, trajectory.tum, live.tum, moving.jsonl,
+/// stats.json.
 class OutputDirectory {
  public:
   /// Creates the directory where needed and opens the trajectory.
   static Result<OutputDirectory> open(const std::string& directory);
 
   /// Adds one line to the trajectory (t x y z qx qy qz qw), one to live.tum (the same as it was published, and a word
-  /// for how sure it was) and the frame's cost to the statistics.
+  /// for how sure it was), one a mover in view to moving.jsonl, and the frame's cost to the statistics.
   void add(const StepReport& report, const FrameTiming& timing, const Map& map);
   /// Writes the map and the statistics; an error line, empty when done.
   std::string finish(const Mapper& mapper, const RunCounts& counts);
@@ -29,7 +30,7 @@ class OutputDirectory {
   explicit OutputDirectory(std::string directory) : directory_(std::move(directory)) {}
 
   std::string directory_;
-  std::ofstream trajectory_, live_;
+  std::ofstream trajectory_, live_, moving_;
   RunStats stats_;
 };
 

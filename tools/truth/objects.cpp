@@ -47,6 +47,9 @@ json toJson(const TruthObject& object) {
     const Vec3 rounded = (p * kDigits).array().round() / kDigits;
     entry["track"].push_back(std::vector<double>(rounded.begin(), rounded.end()));
   }
+  if (object.dynamic && !object.track_points.empty()) {
+    entry["track_points"] = object.track_points;
+  }
   return entry;
 }
 
@@ -62,6 +65,7 @@ TruthObject fromJson(const json& entry) {
   for (const json& p : entry.value("track", json::array())) {
     object.track.emplace_back(p.get<std::array<double, 3>>().data());
   }
+  object.track_points = entry.value("track_points", std::vector<std::int64_t>());
   object.belief.kappa = entry.at("points").get<double>();
   object.belief.mean = Vec3(centroid.data());
   object.belief.cov = Eigen::Map<const RowMat3>(covariance.data());
@@ -90,6 +94,7 @@ std::vector<TruthObject> TruthAccumulator::objects() const {
     objects.push_back({.id = id, .label = entry.label, .frames = entry.frames, .belief = entry.moments.belief()});
     for (std::size_t i = 0; i < entry.sums.size(); ++i) {
       objects.back().track.emplace_back(entry.sums[i] / entry.counts[i]);
+      objects.back().track_points.push_back(static_cast<std::int64_t>(entry.counts[i]));
     }
   }
   return objects;

@@ -24,6 +24,7 @@ struct TruthObject {
   std::int64_t frames = 0;  // frames with at least one of its points
   Belief belief = {};
   std::vector<Vec3> track = {};  // the middle of its points in each of those frames; kept in files of dynamic ones
+  std::vector<std::int64_t> track_points = {};  // how many these were; empty: not known
 };
 
 /// Collects the points of each object over the frames.
@@ -47,7 +48,8 @@ class TruthAccumulator {
 };
 
 /// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
-/// "gone":true and "track":[[3],...] where that is so. An id that appears twice is an error.
+/// "gone":true, and "track":[[3],...] with "track_points":[...], where that is so. An id that appears twice is an
+/// error.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
 std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);
