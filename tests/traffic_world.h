@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/classes.h"
+#include "core/units.h"
 #include "frame/frame.h"
 #include "test_scene.h"
 
@@ -76,12 +77,14 @@ inline std::optional<double> meets(const Vec3& origin, const Vec3& direction, co
 }
 
 struct TrafficWorld {
+  static constexpr double kBeamSpacingDeg = 0.9;  // from row to row; half of that from column to column
+
   std::vector<TrafficBox> boxes;
   double wall_y = 14;  // m, left of the way
 
   /// The frame of time t from T_map_body; its ranges are noisy by 2 cm.
   Frame frameAt(double t, const Pose& T_map_body, std::mt19937& random) const {
-    constexpr int kColumns = 720, kRows = 32;
+    constexpr int kColumns = 800, kRows = 32;
     constexpr double kReach = 60;
     std::normal_distribution<double> noise(0, 0.02);
     Frame frame;
@@ -90,7 +93,7 @@ struct TrafficWorld {
     const Vec3 origin = T_map_body.translation();
     for (int n = 0; n < kColumns * kRows; ++n) {
       const double yaw = kTau * (n % kColumns) / kColumns + 1e-4;
-      const double pitch = (-24 + 0.9 * static_cast<double>(n / kColumns)) * kDegree + 1e-5;
+      const double pitch = (-24 + kBeamSpacingDeg * static_cast<double>(n / kColumns)) * kDegree + 1e-5;
       const Vec3 u =
           T_map_body.linear() * Vec3(std::cos(pitch) * std::cos(yaw), std::cos(pitch) * std::sin(yaw), std::sin(pitch));
       double range = kReach;

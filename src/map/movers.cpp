@@ -23,6 +23,10 @@ constexpr double kSlowest = 0.3;
 /// Looks in a row that make a mover, and how much of the views they must see.
 constexpr int kVotes = 3;
 constexpr double kSeenThrough = 0.3;
+/// Where looks tell nothing, as before the open sky: so many views, so many own lengths within the looks that are kept,
+/// and so much more motion than of what stands.
+constexpr int kSilentViews = 8;
+constexpr double kSilentLengths = 2, kSilentMotion = 100, kSilent = 0.1;
 /// us: between looks that are kept, and the age of the oldest.
 constexpr Micros kLookEvery = 190'000, kOldestLook = 2'000'000;
 /// us: a track ends when it was not seen for so long; one of a single view, which may be noise, earlier.
@@ -83,59 +87,80 @@ std::vector<Belief> leavesOf(const LocalObject& object, const Pose& T_map_body) 
   return leaves;
 }
 
-/// The newest glimpse that the track has left behind by its own length since, else the oldest; nullptr without any.
-const Track::Glimpse* glimpseBehind(const Track& track) {
-  const double length = 2 * kFaceSigmas * std::sqrt(std::max(eigenSymmetric(track.extent).values[2], 0.0));
-  const Track::Glimpse* behind = nullptr;
-  for (auto it = track.glimpses.rbegin(); it != track.glimpses.rend(); ++it) {
-    behind = &*it;
-    if ((it->mean - track.mover.belief.mean).head<2>().norm() > length) {
-      break;
-    }
+/// Of the things of a track, m.
+double lengthOf(const Track& track) {
+  return 2 * kFaceSigmas * std::sqrt(std::max(eigenSymmetric(track.extent).values[2], 0.0));
+}
+
+/// How far a place is from a glimpse's, seen from above, m.
+double wayFrom(const Track::Glimpse& glimpse, const Vec3& p) { return (glimpse.mean - p).head<2>().norm(); }
+
+/// A glimpse to hold the track against, and whether the track has left its place.
+struct Past {
+  const Track::Glimpse* then = nullptr;
+  bool is_behind = false;
+};
+
+/// The newest glimpse that the thing has left behind by its own length when its middle is at `p`, else the oldest.
+Past pastOf(const Track& track, const Vec3& p) {
+  const double length = lengthOf(track);
+  Past past;
+  for (auto it = track.glimpses.rbegin(); it != track.glimpses.rend() && !past.is_behind; ++it) {
+    past = {&*it, wayFrom(*it, p) > length};
   }
-  return behind;
+  return past;
 }
 
 constexpr double kSigmaFloor = 0.01;  // m, of leaves, as creation.sigma_floor
 
-/// What now is seen of the place of a glimpse, and what was then seen of the place now.
-Sight compare(const Track::Glimpse& then, const std::vector<Belief>& leaves_now, const FreeSpace& now,
-              const std::deque<Look>& looks) {
+/// What was seen of a place, now taken up by `leaves`, when a glimpse was caught.
+Sight sightBefore(const Track::Glimpse& then, const std::vector<Belief>& leaves, const FreeSpace& now,
+                  const std::deque<Look>& looks) {
   const auto look = std::ranges::find(looks, then.utime_us, &Look::utime_us);
-  if (look == looks.end()) {
-    return {};
-  }
-  const FreeSpace& before = *look->free;
-  Sight sight = lookAt(then.leaves, now, before.variance, before.variance_turn, kSigmaFloor);
-  const Sight back = lookAt(leaves_now, before, now.variance, now.variance_turn, kSigmaFloor);
-  sight.through += back.through, sight.taken += back.taken;
-  return sight;
+  return look != looks.end() ? lookAt(leaves, *look->free, now.variance, now.variance_turn, kSigmaFloor) : Sight{};
 }
+
+/// What is seen now of the place of a glimpse.
+Sight sightNow(const Track::Glimpse& then, const FreeSpace& now, const std::deque<Look>& looks) {
+  const auto look = std::ranges::find(looks, then.utime_us, &Look::utime_us);
+  return look != looks.end() ? lookAt(then.leaves, now, look->free->variance, look->free->variance_turn, kSigmaFloor)
+                             : Sight{};
+}
+
+bool isTaken(const Sight& sight) { return sight.taken > kSeenThrough && sight.taken > sight.through; }
 
 bool seemsToMove(const Track& track) {
   return motionSquare(track.mover.motion) > kMoves && track.mover.motion.velocity().head<2>().norm() > kSlowest;
 }
 
+/// Whether a track that no look says anything of has gone so far, and so steadily, that nothing that stands can have
+/// been seen so.
+bool hasGoneFar(const Track& track) {
+  return track.mover.views >= kSilentViews && motionSquare(track.mover.motion) > kSilentMotion &&
+         wayFrom(track.glimpses.front(), track.mover.belief.mean) > kSilentLengths * lengthOf(track);
+}
+
 /// Judges whether a track that is in view moves or stands.
 void judge(Track& track, const std::vector<Belief>& leaves, const FreeSpace& free, const Movers& movers, Map& map) {
-  const bool is_mover = track.mover.id != 0;
   const bool moves = seemsToMove(track);
-  const Track::Glimpse* then = moves ? glimpseBehind(track) : nullptr;
-  const Sight sight = then != nullptr ? compare(*then, leaves, free, movers.looks) : Sight{};
-  const bool is_told = sight.through > kSeenThrough && sight.through > sight.taken;
-  if (!is_mover) {
-    track.votes = is_told ? track.votes + 1 : sight.taken > sight.through || !moves ? 0 : track.votes;
-    if (track.votes >= kVotes) {
-      track.mover.id = map.takeId();
-      track.still_since_us = 0;
-    }
+  if (track.mover.id != 0) {
+    track.still_since_us = moves ? 0 : track.still_since_us == 0 ? track.mover.last_us : track.still_since_us;
     return;
   }
-  const bool stands = !moves || (sight.taken > kSeenThrough && sight.taken > sight.through);
-  if (!stands) {
+  const Past past = moves ? pastOf(track, track.mover.belief.mean) : Past{};
+  if (past.then == nullptr) {
+    track.votes = 0;
+    return;
+  }
+  const Sight old = sightNow(*past.then, free, movers.looks);
+  const Sight here = sightBefore(*past.then, leaves, free, movers.looks);
+  const bool is_contradicted = isTaken(old) || isTaken(here);
+  const bool is_silent = old.taken + here.taken < kSilent;
+  const bool is_told = old.through + here.through > kSeenThrough || (is_silent && hasGoneFar(track));
+  track.votes = is_contradicted ? 0 : is_told ? track.votes + 1 : track.votes;
+  if (track.votes >= kVotes) {
+    track.mover.id = map.takeId();
     track.still_since_us = 0;
-  } else if (track.still_since_us == 0) {
-    track.still_since_us = track.mover.last_us;
   }
 }
 
@@ -155,6 +180,30 @@ void addObject(View& view, const Seen& seen, const Pose& T_map_body) {
     view.label = seen.object->label;
     view.largest = seen.belief.kappa;
   }
+}
+
+/// The views of the tracks by the objects they were given. What a mover was given is not of it where it was before the
+/// mover came, and then begins a track of its own, as does what can move and belongs to none.
+std::vector<View> viewsOf(Movers& movers, std::vector<Seen>& seen, const Pose& T_map_body, const FreeSpace& free) {
+  std::vector<View> views(movers.tracks.size());
+  for (Seen& s : seen) {
+    if (s.track >= 0) {
+      const Track& track = movers.tracks[static_cast<std::size_t>(s.track)];
+      const Past past = track.mover.id != 0 ? pastOf(track, s.belief.mean) : Past{};
+      if (past.is_behind && isTaken(sightBefore(*past.then, leavesOf(*s.object, T_map_body), free, movers.looks))) {
+        s.track = -1;
+      }
+    }
+    if (s.track < 0 && s.can_move) {
+      s.track = static_cast<int>(movers.tracks.size());
+      movers.tracks.emplace_back();
+      views.emplace_back();
+    }
+    if (s.track >= 0) {
+      addObject(views[static_cast<std::size_t>(s.track)], s, T_map_body);
+    }
+  }
+  return views;
 }
 
 void observe(Track& track, const View& view, Micros utime_us) {
@@ -251,18 +300,7 @@ Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>
     track.mover.motion = expectedAt(track, movers, utime_us);
   }
   movers.utime_us = utime_us;
-  for (Seen& s : seen) {
-    if (s.track < 0 && s.can_move) {
-      s.track = static_cast<int>(movers.tracks.size());
-      movers.tracks.emplace_back();
-    }
-  }
-  std::vector<View> views(movers.tracks.size());
-  for (const Seen& s : seen) {
-    if (s.track >= 0) {
-      addObject(views[static_cast<std::size_t>(s.track)], s, T_map_body);
-    }
-  }
+  const std::vector<View> views = viewsOf(movers, seen, T_map_body, *free);
   Followed followed;
   for (std::size_t t = 0; t < views.size(); ++t) {
     if (views[t].belief.kappa > 0) {

@@ -16,18 +16,18 @@ namespace {
 constexpr double kAcceleration = 0.25, kClimb = 0.01;
 /// One look in a thousand at the right thing is farther off (chi-square of three degrees of freedom).
 constexpr double kGate = 16.3;
-/// In the logarithm of a likelihood, times two: that a track's thing is labelled as another class that can move.
+/// In the logarithm of a likelihood, times minus two: that a track's thing is labelled as another class that can move.
 constexpr double kOtherClass = 4;
-/// A solid box is taken to end at two deviations.
-constexpr double kBoxSigmas = 2;
+/// A solid box is taken to end at two deviations; pieces of what is seen in part may lie farther out.
+constexpr double kPieceSigmas = 3;
 
 constexpr double seconds(Micros us) { return 1e-6 * static_cast<double>(us); }
 
-/// Whether `p` lies inside the box of an extent at `mean`.
+/// Whether a piece at `p` may be of a thing of this extent at `mean`.
 bool isInside(const Vec3& p, const Vec3& mean, const Mat3& extent, double margin) {
   const Eigen3 e = eigenSymmetric(extent);
   const Vec3 d = (e.vectors.transpose() * (p - mean)).cwiseAbs();
-  return (d.array() < kBoxSigmas * e.values.array().max(0).sqrt() + margin).all();
+  return (d.array() < kPieceSigmas * e.values.array().max(0).sqrt() + margin).all();
 }
 
 /// A possible pair, by what its likelihood is in logarithm, times minus two.

@@ -417,6 +417,19 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   return "";
 }
 
+/// The frames of these times, when every true pose has its pair; empty when one has none.
+std::vector<std::int64_t> framesAt(std::span<const PosePair> pairs, const std::vector<Micros>& times_us) {
+  std::vector<std::int64_t> frames;
+  for (const Micros time_us : times_us) {
+    const auto at = indexAt(pairs, time_us);
+    if (!at) {
+      return {};
+    }
+    frames.push_back(static_cast<std::int64_t>(*at));
+  }
+  return frames;
+}
+
 /// What moves, as the run told of it, else as the graph says; an error line, empty when done.
 std::string judgeMoving(const EvalOptions& options, const std::vector<MappedObject>& asked, Evaluation& evaluation) {
   const Scenery& scenery = evaluation.scenery;
@@ -437,6 +450,9 @@ std::string judgeMoving(const EvalOptions& options, const std::vector<MappedObje
     for (Vec3& p : mover.places) {
       p = T_truth_map * p;
     }
+    mover.frames = evaluation.trajectory && evaluation.trajectory->share == 1
+                       ? framesAt(scenery.corrected->pairs, mover.times_us)
+                       : std::vector<std::int64_t>();
   }
   evaluation.moving = scoreMoving(*told, scenery.truth, options.radius);
   return "";

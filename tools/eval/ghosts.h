@@ -58,15 +58,17 @@ constexpr std::int64_t kSeenFrames = 10;
 constexpr std::int64_t kSeenPoints = 20;
 MovingScore scoreMoving(std::span<const MappedObject> predictions, std::span<const TruthObject> truth, double radius);
 
-/// The same of what the mapper told of while it drove: `told` is one entry per track, its places in order of time. A
-/// track is that of the thing of its class most of its places are on. In time is what was told of before or at the
-/// kSeenFrames-th frame that saw it; which frame the first place belongs to is told by the nearest point of the true
-/// track.
+/// A track that the mapper told of while it drove, in order of time.
 struct ToldMover {
   NodeId id = 0;
   ClassId label = 0;
   std::vector<Vec3> places = {};
+  std::vector<Micros> times_us = {};
+  std::vector<std::int64_t> frames = {};  // of the truth; empty: not known
 };
+/// The same of such tracks. A track is that of the thing of its class that most of its places are on, at the same
+/// frames where these are known. In time (`soon`) is what was told of before or at the kSeenFrames-th frame that saw
+/// it; without frames, the first place belongs to the frame of the nearest point of the true track.
 MovingScore scoreMoving(std::span<const ToldMover> told, std::span<const TruthObject> truth, double radius);
 /// moving.jsonl of a run (docs/file-format.md), each track under the class it had in the end.
 Result<std::vector<ToldMover>> readMoving(const std::filesystem::path& path);

@@ -26,6 +26,18 @@ std::pair<std::size_t, double> nearestOn(const std::vector<Vec3>& track, const V
   return nearest;
 }
 
+/// The index into the true track that place number k of the told one belongs to, and how far apart they are.
+std::pair<std::size_t, double> partnerOf(const TruthObject& mover, const ToldMover& told, std::size_t k) {
+  const auto& frames = mover.track_frames;
+  if (told.frames.empty() || frames.size() != mover.track.size()) {
+    return nearestOn(mover.track, told.places[k]);
+  }
+  const auto at = std::ranges::lower_bound(frames, told.frames[k]);
+  const auto i = static_cast<std::size_t>(at - frames.begin());
+  const bool is_seen = at != frames.end() && *at == told.frames[k];
+  return {i, is_seen ? (mover.track[i] - told.places[k]).head<2>().norm() : std::numeric_limits<double>::infinity()};
+}
+
 bool isOn(const TruthObject& thing, const Vec3& p, double radius) {
   const Mat3 cov = thing.belief.cov + square(kSlackShare * radius) * Mat3::Identity();
   const Vec3 off = p - thing.belief.mean;
@@ -37,12 +49,14 @@ const TruthObject* thingOf(const ToldMover& told, std::span<const TruthObject> t
   const TruthObject* best = nullptr;
   std::size_t most = told.places.size() / 2;
   for (const TruthObject& object : truth) {
-    const auto is_on = [&](const Vec3& p) {
-      return object.dynamic ? nearestOn(object.track, p).second < radius : isOn(object, p, radius);
-    };
-    const auto on = object.label == told.label ? std::ranges::count_if(told.places, is_on) : 0;
-    if (static_cast<std::size_t>(on) > most) {
-      most = static_cast<std::size_t>(on);
+    std::size_t on = 0;
+    for (std::size_t k = 0; object.label == told.label && k < told.places.size(); ++k) {
+      const bool is_on =
+          object.dynamic ? partnerOf(object, told, k).second < radius : isOn(object, told.places[k], radius);
+      on += is_on ? 1 : 0;
+    }
+    if (on > most) {
+      most = on;
       best = &object;
     }
   }
@@ -69,7 +83,7 @@ MovingScore scoreMoving(std::span<const ToldMover> told, std::span<const TruthOb
   for (const ToldMover& mover : told) {
     const TruthObject* thing = mover.places.empty() ? nullptr : thingOf(mover, truth, radius);
     if (thing != nullptr && thing->dynamic) {
-      const std::size_t at = nearestOn(thing->track, mover.places.front()).first;
+      const std::size_t at = partnerOf(*thing, mover, 0).first;
       const auto known = first.try_emplace(thing->id, at).first;
       known->second = std::min(known->second, at);
     } else {
@@ -102,6 +116,7 @@ Result<std::vector<ToldMover>> readMoving(const std::filesystem::path& path) {
       mover.id = entry.at("id").get<NodeId>();
       mover.label = entry.at("label").get<ClassId>();
       mover.places.emplace_back(entry.at("position").get<std::array<double, 3>>().data());
+      mover.times_us.push_back(entry.at("utime").get<Micros>());
     }
   } catch (const json::exception& e) {
     return Told::fail(path.string() + " is not what hggmap writes of what moves: " + e.what());

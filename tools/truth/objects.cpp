@@ -49,6 +49,7 @@ json toJson(const TruthObject& object) {
   }
   if (object.dynamic && !object.track_points.empty()) {
     entry["track_points"] = object.track_points;
+    entry["track_frames"] = object.track_frames;
   }
   return entry;
 }
@@ -66,6 +67,7 @@ TruthObject fromJson(const json& entry) {
     object.track.emplace_back(p.get<std::array<double, 3>>().data());
   }
   object.track_points = entry.value("track_points", std::vector<std::int64_t>());
+  object.track_frames = entry.value("track_frames", std::vector<std::int64_t>());
   object.belief.kappa = entry.at("points").get<double>();
   object.belief.mean = Vec3(centroid.data());
   object.belief.cov = Eigen::Map<const RowMat3>(covariance.data());
@@ -81,6 +83,7 @@ void TruthAccumulator::add(std::int64_t id, ClassId label, std::size_t frame, co
     ++entry.frames;
     entry.sums.push_back(Vec3::Zero());
     entry.counts.push_back(0);
+    entry.which.push_back(static_cast<std::int64_t>(frame));
   }
   entry.last_frame = frame;
   entry.sums.back() += p_map;
@@ -96,6 +99,7 @@ std::vector<TruthObject> TruthAccumulator::objects() const {
       objects.back().track.emplace_back(entry.sums[i] / entry.counts[i]);
       objects.back().track_points.push_back(static_cast<std::int64_t>(entry.counts[i]));
     }
+    objects.back().track_frames = entry.which;
   }
   return objects;
 }

@@ -25,6 +25,7 @@ struct TruthObject {
   Belief belief = {};
   std::vector<Vec3> track = {};  // the middle of its points in each of those frames; kept in files of dynamic ones
   std::vector<std::int64_t> track_points = {};  // how many these were; empty: not known
+  std::vector<std::int64_t> track_frames = {};  // which frames these were, ascending, from 0 on; empty: not known
 };
 
 /// Collects the points of each object over the frames.
@@ -43,12 +44,14 @@ class TruthAccumulator {
     std::size_t last_frame = 0;
     std::vector<Vec3> sums = {};  // of its points, by frame
     std::vector<double> counts = {};
+    std::vector<std::int64_t> which = {};
   };
   std::map<std::int64_t, Entry> entries_;
 };
 
 /// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
-/// "gone":true, and "track":[[3],...] with "track_points":[...], where that is so. An id that appears twice is an
+/// "gone":true, and "track":[[3],...] with "track_points":[...]
+/// and "track_frames":[...], where that is so. An id that appears twice is an
 /// error.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
