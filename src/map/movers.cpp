@@ -27,6 +27,9 @@ constexpr double kSeenThrough = 0.3;
 /// and so much more motion than of what stands.
 constexpr int kSilentViews = 8;
 constexpr double kSilentLengths = 2, kSilentMotion = 100, kSilent = 0.1;
+/// A track of more views is not asked whether it has come; how much of its place must have been seen free for that.
+constexpr int kNewViews = 30;
+constexpr double kArrived = 0.5;
 /// us: between looks that are kept, and the age of the oldest.
 constexpr Micros kLookEvery = 190'000, kOldestLook = 2'000'000;
 /// us: a track ends when it was not seen for so long; one of a single view, which may be noise, earlier.
@@ -40,37 +43,22 @@ constexpr double kFaceSigmas = 1.732, kBoxSigmas = 2;
 /// Share of itself by which the extent that a track remembers follows smaller views.
 constexpr double kForgets = 0.02;
 
-/// Takes marked objects out of the graph, and out of the edges and pairs that name them.
-std::vector<LocalObject> takeOut(LocalGraph& local, std::vector<ObjectPair>& pairs, const std::vector<bool>& marked) {
-  std::vector<LocalObject> taken, kept;
-  if (std::ranges::find(marked, true) == marked.end()) {
-    return taken;
+/// Whether what is seen of a track is of something that moves, by the index of the track.
+using Moving = std::vector<bool>;
+
+Moving moversAmong(const Movers& movers) {
+  Moving moving;
+  for (const Track& track : movers.tracks) {
+    moving.push_back(track.mover.id != 0);
   }
-  std::vector<int> index_of(marked.size(), -1);
-  for (std::size_t i = 0; i < marked.size(); ++i) {
-    if (!marked[i]) {
-      index_of[i] = static_cast<int>(kept.size());
-    }
-    (marked[i] ? taken : kept).push_back(std::move(local.objects[i]));
-  }
-  local.objects = std::move(kept);
-  const auto newIndex = [&](int i) { return index_of[static_cast<std::size_t>(i)]; };
-  std::erase_if(local.edges, [&](const auto& edge) { return newIndex(edge.first) < 0 || newIndex(edge.second) < 0; });
-  for (auto& [a, b] : local.edges) {
-    a = newIndex(a), b = newIndex(b);
-  }
-  std::erase_if(pairs, [&](const ObjectPair& pair) { return newIndex(pair.local) < 0; });
-  for (ObjectPair& pair : pairs) {
-    pair.local = newIndex(pair.local);
-  }
-  return taken;
+  return moving;
 }
 
-/// Marks the objects of the graph that are of movers.
-std::vector<bool> markMoving(const Movers& movers, const LocalGraph& local, const std::vector<Seen>& seen) {
+/// Marks the objects of the graph that are of something that moves.
+std::vector<bool> markMoving(const Moving& moving, const LocalGraph& local, const std::vector<Seen>& seen) {
   std::vector<bool> marked(local.objects.size(), false);
   for (const Seen& s : seen) {
-    if (s.index >= 0 && s.track >= 0 && movers.tracks[static_cast<std::size_t>(s.track)].mover.id != 0) {
+    if (s.index >= 0 && s.track >= 0 && moving[static_cast<std::size_t>(s.track)]) {
       marked[static_cast<std::size_t>(s.index)] = true;
     }
   }
@@ -113,11 +101,16 @@ Past pastOf(const Track& track, const Vec3& p) {
 
 constexpr double kSigmaFloor = 0.01;  // m, of leaves, as creation.sigma_floor
 
-/// What was seen of a place, now taken up by `leaves`, when a glimpse was caught.
+/// What a look saw of a place that `leaves` take up now.
+Sight sightBefore(const Look& look, const std::vector<Belief>& leaves, const FreeSpace& now) {
+  return lookAt(leaves, *look.free, now.variance, now.variance_turn, kSigmaFloor);
+}
+
+/// The same of the look that a glimpse is of.
 Sight sightBefore(const Track::Glimpse& then, const std::vector<Belief>& leaves, const FreeSpace& now,
                   const std::deque<Look>& looks) {
   const auto look = std::ranges::find(looks, then.utime_us, &Look::utime_us);
-  return look != looks.end() ? lookAt(leaves, *look->free, now.variance, now.variance_turn, kSigmaFloor) : Sight{};
+  return look != looks.end() ? sightBefore(*look, leaves, now) : Sight{};
 }
 
 /// What is seen now of the place of a glimpse.
@@ -131,6 +124,16 @@ bool isTaken(const Sight& sight) { return sight.taken > kSeenThrough && sight.ta
 
 bool seemsToMove(const Track& track) {
   return motionSquare(track.mover.motion) > kMoves && track.mover.motion.velocity().head<2>().norm() > kSlowest;
+}
+
+/// Whether the place of a new track was seen free not long ago: what is there has come, and may go. It makes no node as
+/// long as that is so, two seconds at most if it stays.
+bool hasArrived(const Track& track, const std::vector<Belief>& leaves, const FreeSpace& free, const Movers& movers) {
+  if (track.mover.views > kNewViews || movers.looks.empty()) {
+    return false;
+  }
+  const Sight sight = sightBefore(movers.looks.front(), leaves, free);
+  return sight.through > kArrived && sight.taken < kSilent;
 }
 
 /// Whether a track that no look says anything of has gone so far, and so steadily, that nothing that stands can have
@@ -283,7 +286,7 @@ std::vector<LocalObject> takeMoving(const Movers& movers, LocalGraph& local, std
   }
   std::vector<Seen> seen = thingsOf(local.objects, T_map_body, classes);
   assignTracks(movers, local.utime_us, seen);
-  return takeOut(local, pairs, markMoving(movers, local, seen));
+  return takeOut(local, pairs, markMoving(moversAmong(movers), local, seen));
 }
 
 Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>& pairs, std::vector<LocalObject> taken,
@@ -302,6 +305,7 @@ Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>
   movers.utime_us = utime_us;
   const std::vector<View> views = viewsOf(movers, seen, T_map_body, *free);
   Followed followed;
+  Moving moving(views.size(), false);
   for (std::size_t t = 0; t < views.size(); ++t) {
     if (views[t].belief.kappa > 0) {
       Track& track = movers.tracks[t];
@@ -310,9 +314,10 @@ Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>
       if (track.mover.id != 0) {
         takeTrail(track, map, followed.trail);
       }
+      moving[t] = track.mover.id != 0 || hasArrived(track, views[t].leaves, *free, movers);
     }
   }
-  takeOut(local, pairs, markMoving(movers, local, seen));
+  takeOut(local, pairs, markMoving(moving, local, seen));
   std::ranges::sort(followed.trail);
   const auto [first, last] = std::ranges::unique(followed.trail);
   followed.trail.erase(first, last);

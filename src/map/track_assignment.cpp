@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/position_uncertainty.h"
 #include "core/spd.h"
@@ -18,6 +19,8 @@ constexpr double kAcceleration = 0.25, kClimb = 0.01;
 constexpr double kGate = 16.3;
 /// In the logarithm of a likelihood, times minus two: that a track's thing is labelled as another class that can move.
 constexpr double kOtherClass = 4;
+/// A track of fewer views has just begun.
+constexpr int kYoungViews = 3;
 /// A solid box is taken to end at two deviations; pieces of what is seen in part may lie farther out.
 constexpr double kPieceSigmas = 3;
 
@@ -30,9 +33,11 @@ bool isInside(const Vec3& p, const Vec3& mean, const Mat3& extent, double margin
   return (d.array() < kPieceSigmas * e.values.array().max(0).sqrt() + margin).all();
 }
 
-/// A possible pair, by what its likelihood is in logarithm, times minus two.
+/// A possible pair. Tracks that have lasted choose first: one that has just begun knows so little of its velocity that
+/// it would take whatever comes.
 struct Option {
-  double cost;
+  bool is_young;
+  double cost;  // its likelihood in logarithm, times minus two
   std::size_t track, seen;
 };
 
@@ -79,11 +84,11 @@ void assignTracks(const Movers& movers, Micros utime_us, std::vector<Seen>& seen
       const double off = innovationSquare(states[t], seen[i].belief.mean, R);
       if (off < kGate) {
         const double other = seen[i].object->label != track.mover.label ? kOtherClass : 0;
-        options.push_back({off + std::log(S.determinant()) + other, t, i});
+        options.push_back({track.mover.views < kYoungViews, off + std::log(S.determinant()) + other, t, i});
       }
     }
   }
-  std::ranges::stable_sort(options, {}, &Option::cost);
+  std::ranges::stable_sort(options, {}, [](const Option& option) { return std::pair(option.is_young, option.cost); });
   std::vector<int> object_of(movers.tracks.size(), -1);
   for (const Option& option : options) {
     if (seen[option.seen].track < 0 && object_of[option.track] < 0) {
@@ -103,6 +108,31 @@ void assignTracks(const Movers& movers, Micros utime_us, std::vector<Seen>& seen
       }
     }
   }
+}
+
+std::vector<LocalObject> takeOut(LocalGraph& local, std::vector<ObjectPair>& pairs, const std::vector<bool>& marked) {
+  std::vector<LocalObject> taken, kept;
+  if (std::ranges::find(marked, true) == marked.end()) {
+    return taken;
+  }
+  std::vector<int> index_of(marked.size(), -1);
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (!marked[i]) {
+      index_of[i] = static_cast<int>(kept.size());
+    }
+    (marked[i] ? taken : kept).push_back(std::move(local.objects[i]));
+  }
+  local.objects = std::move(kept);
+  const auto newIndex = [&](int i) { return index_of[static_cast<std::size_t>(i)]; };
+  std::erase_if(local.edges, [&](const auto& edge) { return newIndex(edge.first) < 0 || newIndex(edge.second) < 0; });
+  for (auto& [a, b] : local.edges) {
+    a = newIndex(a), b = newIndex(b);
+  }
+  std::erase_if(pairs, [&](const ObjectPair& pair) { return newIndex(pair.local) < 0; });
+  for (ObjectPair& pair : pairs) {
+    pair.local = newIndex(pair.local);
+  }
+  return taken;
 }
 
 }  // namespace hgg

@@ -12,7 +12,7 @@ namespace hgg {
 struct Seen {
   const LocalObject* object = nullptr;
   int index = -1;  // of the object in the frame's graph; -1: it was taken out
-  Belief belief;  // map frame
+  Belief belief;   // map frame
   bool can_move = false;
   int track = -1;  // index into Movers::tracks
 };
@@ -32,5 +32,8 @@ ConstantVelocity expectedAt(const Track& track, const Movers& movers, Micros uti
 /// smaller objects within its box, which are pieces of it. A mover takes those of every class, other tracks only what
 /// can move.
 void assignTracks(const Movers& movers, Micros utime_us, std::vector<Seen>& seen);
+
+/// Takes marked objects out of a frame's graph, and out of the edges and pairs that name them.
+std::vector<LocalObject> takeOut(LocalGraph& local, std::vector<ObjectPair>& pairs, const std::vector<bool>& marked);
 
 }  // namespace hgg
