@@ -45,7 +45,7 @@ ObjectSummary summarise(const Map& map, const Mover& mover, const ClassTable& cl
   out.views = mover.views;
   out.first_us = mover.first_us;
   out.last_us = mover.last_us;
-  out.motion = Motion{mover.motion.velocity(), mover.motion.velocityCov()};
+  out.motion = ObjectMotion{mover.motion.velocity(), mover.motion.velocityCov()};
   return out;
 }
 

@@ -20,7 +20,7 @@ struct PoseUpdate {
 };
 
 /// How an object moves, map frame.
-struct Motion {
+struct ObjectMotion {
   Vec3 velocity = Vec3::Zero();      // m/s
   Mat3 velocity_cov = Mat3::Zero();  // m^2/s^2
 };
@@ -40,7 +40,7 @@ struct ObjectSummary {
   ClassWeights classes;  // probability of each class its place was taken for; empty when not known
   std::int32_t views = 0, leaves = 0;
   Micros first_us = 0, last_us = 0;
-  std::optional<Motion> motion = std::nullopt;  // of what moves
+  std::optional<ObjectMotion> motion = std::nullopt;  // of what moves
 };
 
 /// A change of the object graph, or the whole of it.

@@ -438,7 +438,7 @@ TEST(Codec, AnObjectSaysWhatItIsAndHowWellItsPlaceIsKnown) {
 
 TEST(Codec, AnObjectThatMovesSaysHowFast) {
   ObjectSummary object;
-  object.motion = Motion{Vec3(-8, 0.5, 0.25), someCovariance(2)};
+  object.motion = ObjectMotion{Vec3(-8, 0.5, 0.25), someCovariance(2)};
   const auto raw = sent(object);
   EXPECT_TRUE(raw.dynamic);
   EXPECT_EQ(raw.velocity[0], -8);
