@@ -20,7 +20,7 @@ constexpr double kSameDirection = 0.8;        // cosine
 /// A difference of motion, as a share of it, that is a fault at all.
 constexpr double kOff = 0.2;
 
-struct ObjectMotion {
+struct Motion {
   Vec3 way = Vec3::Zero(), turn = Vec3::Zero();  // summed over the steps
   double length = 0, angle = 0;                  // sums of their norms
 
