@@ -102,25 +102,25 @@ Past pastOf(const Track& track, const Vec3& p) {
 constexpr double kSigmaFloor = 0.01;  // m, of leaves, as creation.sigma_floor
 
 /// What a look saw of a place that `leaves` take up now.
-Sight sightBefore(const Look& look, const std::vector<Belief>& leaves, const FreeSpace& now) {
+PlaceSight sightBefore(const Look& look, const std::vector<Belief>& leaves, const FreeSpace& now) {
   return lookAt(leaves, *look.free, now.variance, now.variance_turn, kSigmaFloor);
 }
 
 /// The same of the look that a glimpse is of.
-Sight sightBefore(const Track::Glimpse& then, const std::vector<Belief>& leaves, const FreeSpace& now,
-                  const std::deque<Look>& looks) {
+PlaceSight sightBefore(const Track::Glimpse& then, const std::vector<Belief>& leaves, const FreeSpace& now,
+                       const std::deque<Look>& looks) {
   const auto look = std::ranges::find(looks, then.utime_us, &Look::utime_us);
-  return look != looks.end() ? sightBefore(*look, leaves, now) : Sight{};
+  return look != looks.end() ? sightBefore(*look, leaves, now) : PlaceSight{};
 }
 
 /// What is seen now of the place of a glimpse.
-Sight sightNow(const Track::Glimpse& then, const FreeSpace& now, const std::deque<Look>& looks) {
+PlaceSight sightNow(const Track::Glimpse& then, const FreeSpace& now, const std::deque<Look>& looks) {
   const auto look = std::ranges::find(looks, then.utime_us, &Look::utime_us);
   return look != looks.end() ? lookAt(then.leaves, now, look->free->variance, look->free->variance_turn, kSigmaFloor)
-                             : Sight{};
+                             : PlaceSight{};
 }
 
-bool isTaken(const Sight& sight) { return sight.taken > kSeenThrough && sight.taken > sight.through; }
+bool isTaken(const PlaceSight& sight) { return sight.taken > kSeenThrough && sight.taken > sight.through; }
 
 bool seemsToMove(const Track& track) {
   return motionSquare(track.mover.motion) > kMoves && track.mover.motion.velocity().head<2>().norm() > kSlowest;
@@ -132,7 +132,7 @@ bool hasArrived(const Track& track, const std::vector<Belief>& leaves, const Fre
   if (track.mover.views > kNewViews || movers.looks.empty()) {
     return false;
   }
-  const Sight sight = sightBefore(movers.looks.front(), leaves, free);
+  const PlaceSight sight = sightBefore(movers.looks.front(), leaves, free);
   return sight.through > kArrived && sight.taken < kSilent;
 }
 
@@ -155,8 +155,8 @@ void judge(Track& track, const std::vector<Belief>& leaves, const FreeSpace& fre
     track.votes = 0;
     return;
   }
-  const Sight old = sightNow(*past.then, free, movers.looks);
-  const Sight here = sightBefore(*past.then, leaves, free, movers.looks);
+  const PlaceSight old = sightNow(*past.then, free, movers.looks);
+  const PlaceSight here = sightBefore(*past.then, leaves, free, movers.looks);
   const bool is_contradicted = isTaken(old) || isTaken(here);
   const bool is_silent = old.taken + here.taken < kSilent;
   const bool is_told = old.through + here.through > kSeenThrough || (is_silent && hasGoneFar(track));

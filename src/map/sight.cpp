@@ -9,9 +9,9 @@
 
 namespace hgg {
 
-Sight lookAt(const std::vector<Belief>& leaves, const FreeSpace& look, double variance, double variance_turn,
-             double sigma_floor) {
-  Sight sight;
+PlaceSight lookAt(const std::vector<Belief>& leaves, const FreeSpace& look, double variance, double variance_turn,
+                  double sigma_floor) {
+  PlaceSight sight;
   const double share = 1 / static_cast<double>(std::max<std::size_t>(leaves.size(), 1));
   const Pose T_sensor_map = look.T_map_sensor.inverse();
   const Mat3 R = T_sensor_map.linear();
