@@ -103,6 +103,7 @@ struct AblationConfig {
   bool uniform_weights = false;
   bool blind_to_free_space = false;
   bool single_frames = false;
+  bool blind_to_motion = false;
   PairCost cost = PairCost::kWasserstein;
 };
 

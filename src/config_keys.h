@@ -151,6 +151,8 @@ void visitAblation(Section& c, Visitor& visit) {
         KeyDoc{0, 0, "", "for evaluation only: what beams pass through does not speak against things"});
   visit("ablation", "single_frames", c.single_frames,
         KeyDoc{0, 0, "", "for evaluation only: clusters below min_points are dropped, not gathered over frames"});
+  visit("ablation", "blind_to_motion", c.blind_to_motion,
+        KeyDoc{0, 0, "", "for evaluation only: what moves is taken to be part of the map"});
   visit("ablation", "cost", c.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

@@ -46,9 +46,11 @@ constexpr double kTurnFloor = 0.05 * kDegree;
 std::size_t strideOf(const Frame& frame) { return std::max<std::size_t>(frame.points.size() / kImageBeams, 1); }
 
 /// What the frame sees through from its aligned pose.
-FreeSpace freeSpaceOf(const Frame& frame, const Alignment& alignment) {
+std::shared_ptr<FreeSpace> freeSpaceOf(const Frame& frame, const Alignment& alignment) {
   const Pose& T_map_body = alignment.pose.T_map_body;
-  FreeSpace free{RangeImage(frame.p_body_sensor), T_map_body * Eigen::Translation3d(frame.p_body_sensor)};
+  const auto shared = std::make_shared<FreeSpace>(
+      FreeSpace{RangeImage(frame.p_body_sensor), T_map_body * Eigen::Translation3d(frame.p_body_sensor)});
+  FreeSpace& free = *shared;
   const std::size_t stride = strideOf(frame);
   for (std::size_t k = 0; k < frame.points.size(); k += stride) {
     free.image.add(frame.points[k].x, frame.points[k].y, frame.points[k].z);
@@ -56,11 +58,17 @@ FreeSpace freeSpaceOf(const Frame& frame, const Alignment& alignment) {
   const Mat6 cov = alignment.pose.information.inverse();
   free.variance = std::max(cov.topLeftCorner<3, 3>().trace() / 3, 0.0);
   free.variance_turn = std::max(cov.bottomRightCorner<3, 3>().trace() / 3, 0.0) + square(kTurnFloor);
+  return shared;
+}
+
+/// The nodes that the frame has as things of their own, ascending.
+std::vector<NodeId> foundIn(const Alignment& alignment) {
+  std::vector<NodeId> found;
   for (const ObjectPair& pair : alignment.pairs) {
-    free.found.push_back(pair.map);
+    found.push_back(pair.map);
   }
-  std::ranges::sort(free.found);
-  return free;
+  std::ranges::sort(found);
+  return found;
 }
 
 /// Names of the table's classes, beside those the map has from before.
@@ -106,10 +114,16 @@ StepReport Mapper::step(const Frame& frame) {
   StepReport report;
   StageClock clock(report.stage_ms);
   const Prediction prediction = propagate(frame, report.delta);
-  LocalGraph local = createLocalGraph(frame, prediction.pose.T_map_body, classes_, config_);
+  if (prediction.is_start) {
+    report.stopped = forgetMovers(movers_);
+  }
+  const Pose& T_predicted = prediction.pose.T_map_body;
+  LocalGraph local = createLocalGraph(frame, T_predicted, classes_, config_);
+  std::vector<ObjectPair> none;
+  std::vector<LocalObject> taken = takeMoving(movers_, local, none, T_predicted, classes_);
   clock.lap("creation");
   Alignment alignment = align(local, map_, prediction.pose, config_);
-  report.tracking = track(frame, prediction, local, alignment);
+  report.tracking = track(frame, prediction, local, alignment, taken);
   clock.lap("alignment");
   if (report.tracking == Tracking::kDoubtful) {  // nothing of a frame in the wrong place may enter the map
     report.tracking = tracker_.hold(frame, prediction);
@@ -119,17 +133,25 @@ StepReport Mapper::step(const Frame& frame) {
     const Pose T_last_body = report.T_last_body.value_or(Pose::Identity());
     const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
                                                     tracker_.odometry().noiseOf(T_last_body));
-    MapDelta updated = update(frame, local, alignment, keyframe);
+    const std::shared_ptr<FreeSpace> free = freeSpaceOf(frame, alignment);
+    MapDelta updated = follow(free, local, alignment, std::move(taken), report);
+    free->found = foundIn(alignment);
+    clock.lap("movers");
+    updated = joined(std::move(updated), update(frame, local, alignment, *free, keyframe));
     clock.lap("update");
     const int loops_before = corrector_.loops().accepted();
     Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
     clock.lap("correction");
     tracker_.accept(frame, alignment, alignment.pose, config_.alignment);
     tracker_.moveTo(correction.pose);
+    if (correction.pose.T_map_body.matrix() != alignment.pose.T_map_body.matrix()) {
+      moveAlong(movers_, correction.pose.T_map_body * alignment.pose.T_map_body.inverse());
+    }
     followFragment(loops_before);
     report.delta = joined(std::move(report.delta), correction.delta);
     T_map_odom_ = correction.pose.T_map_body * frame.T_odom_body.inverse();
   }
+  report.moving = moversOf(movers_);
   report.utime_us = frame.utime_us;
   report.points = local.points.size();
   report.unknown_labels = local.unknown_labels;
@@ -160,7 +182,8 @@ Prediction Mapper::propagate(const Frame& frame, MapDelta& delta) {
   return prediction;
 }
 
-Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment) {
+Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment,
+                       std::vector<LocalObject>& taken) {
   if (prediction.is_start) {
     return Tracking::kHeld;
   }
@@ -168,6 +191,7 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
     Recovery other = alignFrom(prediction.guesses.back(), frame, map_, classes_, config_);
     if (fitsClearlyBetter(other.alignment.fit, alignment.fit)) {
       local = std::move(other.local), alignment = std::move(other.alignment);
+      taken.clear();
     }
   }
   const Tracking judged = tracker_.judge(prediction, alignment);
@@ -188,15 +212,35 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
     return judged;
   }
   local = std::move(found->local), alignment = std::move(found->alignment);
+  taken.clear();
   return Tracking::kRecovered;
 }
 
-MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment,
+MapDelta Mapper::follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph& local, Alignment& alignment,
+                        std::vector<LocalObject> taken, StepReport& report) {
+  if (config_.ablation.blind_to_motion) {
+    return {};
+  }
+  if (report.tracking == Tracking::kRecovered) {
+    report.stopped = forgetMovers(movers_);
+  }
+  Followed followed =
+      followMovers(movers_, local, alignment.pairs, std::move(taken), alignment.pose.T_map_body, free, classes_, map_);
+  report.stopped.insert(report.stopped.end(), followed.ended.begin(), followed.ended.end());
+  if (followed.trail.empty()) {
+    return {};
+  }
+  MapUpdate update;
+  update.is_sequel = true;
+  update.removed = std::move(followed.trail);
+  return map_.apply(std::move(update));
+}
+
+MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, const FreeSpace& free,
                         const std::optional<NewKeyframe>& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const std::optional<Pose> T_last_body = tracker_.motionTo(T_map_body);
   const double weight = T_last_body ? viewWeight(*T_last_body) : 1;
-  const FreeSpace free = freeSpaceOf(frame, alignment);
   SmallThings small;
   if (!config_.ablation.single_frames) {
     small = gatherSmallThings(map_, local, {free.image, free.T_map_sensor, static_cast<double>(strideOf(frame))},
@@ -207,7 +251,9 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
                     config_.ablation.blind_to_free_space ? nullptr : &free);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_, std::move(small));
   update.keyframe = keyframe;
-  return map_.apply(std::move(update));
+  MapDelta delta = map_.apply(std::move(update));
+  noteFedNodes(movers_, map_);
+  return delta;
 }
 
 void Mapper::followFragment(int loops_before) {

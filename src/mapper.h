@@ -11,6 +11,7 @@
 #include "correction/corrector.h"
 #include "frame/frame.h"
 #include "map/map.h"
+#include "map/movers.h"
 
 namespace hgg {
 
@@ -21,6 +22,8 @@ struct StepReport {
   Pose T_map_odom = Pose::Identity();
   Pose T_keyframe_body = Pose::Identity();  // in the frame of `keyframe`
   MapDelta delta;                           // of the step as a whole
+  std::vector<Mover> moving;                // what moves, ascending by id; those that were seen a second ago too
+  std::vector<NodeId> stopped;              // ascending: ids of what was among them before
   PoseSource source = PoseSource::kOdometry;
   Tracking tracking = Tracking::kHeld;
   OdometryFault odometry_fault = OdometryFault::kNone;
@@ -60,15 +63,20 @@ class Mapper {
   const Config& config() const { return config_; }
   const ClassTable& classes() const { return classes_; }
   const LoopCloser& loops() const { return corrector_.loops(); }
+  const Movers& movers() const { return movers_; }
 
  private:
   /// Where the frame is expected; begins a new fragment of map where nothing tells.
   Prediction propagate(const Frame& frame, MapDelta& delta);
   /// Whether the frame lies on the map as aligned; where it does not, and while odometry is unproven, it is looked for
-  /// in a wider search.
-  Tracking track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment);
+  /// in a wider search. Where that gives another graph of the frame, what was `taken` out of the first is in it.
+  Tracking track(const Frame& frame, const Prediction& prediction, LocalGraph& local, Alignment& alignment,
+                 std::vector<LocalObject>& taken);
+  /// Follows what moves: its objects leave the frame's graph and alignment's pairs, the nodes it had made the map.
+  MapDelta follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph& local, Alignment& alignment,
+                  std::vector<LocalObject> taken, StepReport& report);
   /// The frame fused into the map.
-  MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment,
+  MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, const FreeSpace& free,
                   const std::optional<NewKeyframe>& keyframe);
   /// Whether a loop has joined the fragment to the first one.
   void followFragment(int loops_before);
@@ -79,6 +87,7 @@ class Mapper {
   Map map_;
   Corrector corrector_;
   Tracker tracker_;
+  Movers movers_;
   Pose T_map_odom_ = Pose::Identity();
   std::optional<Pose> T_map_start_;
   KeyframeId fragment_ = 0;

@@ -13,6 +13,8 @@
 namespace hgg {
 namespace {
 
+constexpr char kMovingPart[] = "moving.jsonl.part";
+
 /// What was said of a pose when it was published.
 std::string statusWord(const StepReport& report) {
   if (report.tracking == Tracking::kLost || report.fragment != 0) {
@@ -22,6 +24,31 @@ std::string statusWord(const StepReport& report) {
     return nameOf(report.tracking);
   }
   return report.odometry_fault != OdometryFault::kNone ? codeOf(report.odometry_fault) : nameOf(report.source);
+}
+
+std::string listOf(const double* values, int number) {
+  std::string text;
+  for (int k = 0; k < number; ++k) {
+    text += fmt::format("{}{:.6g}", k == 0 ? '[' : ',', values[k]);
+  }
+  return text + "]";
+}
+
+/// A line of moving.jsonl: where a mover is at a frame that sees it, as it was published.
+std::string lineOf(const Mover& mover) {
+  const Vec3 p = mover.motion.position(), v = mover.motion.velocity();
+  const Mat3 extent = mover.belief.cov, velocity_cov = mover.motion.velocityCov();
+  return fmt::format(
+      R"({{"utime":{},"id":{},"label":{},"first_us":{},"views":{},"position":{},"velocity":{},"velocity_cov":{},"cov":{}}})",
+      mover.last_us, mover.id, mover.label, mover.first_us, mover.views, listOf(p.data(), 3), listOf(v.data(), 3),
+      listOf(velocity_cov.data(), 9), listOf(extent.data(), 9));
+}
+
+/// Puts a file that has grown in its place; an error line, empty when done.
+std::string settle(std::ofstream& file, const std::string& part, const std::string& path, const char* what) {
+  file.close();
+  const bool is_good = file && std::rename(part.c_str(), path.c_str()) == 0;
+  return is_good ? "" : fmt::format("{}: cannot write {} (disk full?)", path, what);
 }
 
 }  // namespace
@@ -51,7 +78,8 @@ Result<OutputDirectory> OutputDirectory::open(const std::string& directory, bool
   OutputDirectory out(directory, std::move(*lock));
   out.trajectory_.open(out.path(kTrajectoryPart), std::ios::trunc);
   out.live_.open(out.path(kLivePart), std::ios::trunc);
-  if (error || !out.trajectory_ || !out.live_) {
+  out.moving_.open(out.path(kMovingPart), std::ios::trunc);
+  if (error || !out.trajectory_ || !out.live_ || !out.moving_) {
     return Opened::fail(fmt::format("{}: cannot write into the output directory (--out)", directory));
   }
   return Opened::ok(std::move(out));
@@ -62,6 +90,11 @@ void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, c
                              poseText(report.T_map_body), report.keyframe, poseText(report.T_keyframe_body));
   live_ << fmt::format("{}.{:06d} {} {}\n", report.utime_us / 1'000'000, report.utime_us % 1'000'000,
                        poseText(report.T_map_body), statusWord(report));
+  for (const Mover& mover : report.moving) {
+    if (mover.last_us == report.utime_us) {
+      moving_ << lineOf(mover) << '\n';
+    }
+  }
   stats_.add(report);
   stats_.add(timing, map.megabytes());
 }
@@ -70,6 +103,7 @@ void OutputDirectory::discard() {
   trajectory_.close();
   std::remove(path(kTrajectoryPart).c_str());
   std::remove(path(kLivePart).c_str());
+  std::remove(path(kMovingPart).c_str());
 }
 
 std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
@@ -87,10 +121,8 @@ std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& count
     std::remove(corrected.c_str());
     errors.push_back(fmt::format("{}: cannot write the trajectory (disk full?)", path("trajectory.tum")));
   }
-  live_.close();
-  if (!live_ || std::rename(path(kLivePart).c_str(), path("live.tum").c_str()) != 0) {
-    errors.push_back(fmt::format("{}: cannot write the published poses (disk full?)", path("live.tum")));
-  }
+  errors.push_back(settle(live_, path(kLivePart), path("live.tum"), "the published poses"));
+  errors.push_back(settle(moving_, path(kMovingPart), path("moving.jsonl"), "what moved"));
   std::ofstream stats(path("stats.json"), std::ios::trunc);
   if (!(stats << stats_.json(counts, mapper.map(), mapper.loops())) || !stats.flush()) {
     errors.push_back(fmt::format("{}: cannot write the statistics (disk full?)", path("stats.json")));

@@ -57,6 +57,33 @@ TEST(OutputDirectory, LeavesMapTrajectoryAndStatistics) {
   }
 }
 
+TEST(OutputDirectory, HasALineForEachFrameThatSeesAMover) {
+  const Scratch scratch;
+  const Mapper mapper = someMapper();
+  auto out = OutputDirectory::open((scratch / "").string());
+  ASSERT_TRUE(out) << out.error;
+  StepReport report = reportAt(1'000'000, Vec3::Zero(), 0);
+  Mover seen, coasting;
+  seen.id = 7, seen.label = 10, seen.first_us = 400'000, seen.last_us = 1'000'000, seen.views = 6;
+  seen.motion = seenAt({1, 2, 3}, Mat3::Identity(), 4 * Mat3::Identity());
+  seen.motion.mean.tail<3>() = Vec3(-8, 0.5, 0);
+  coasting.id = 8, coasting.last_us = 900'000;
+  report.moving = {seen, coasting};
+  out->add(report, {12, {}}, mapper.map());
+  ASSERT_EQ(out->finish(mapper, {}), "");
+  std::istringstream lines(readText(scratch / "moving.jsonl"));
+  std::string line, more;
+  ASSERT_TRUE(std::getline(lines, line));
+  EXPECT_FALSE(std::getline(lines, more));
+  const auto entry = nlohmann::json::parse(line);
+  EXPECT_EQ(entry["id"], 7);
+  EXPECT_EQ(entry["utime"], 1'000'000);
+  EXPECT_EQ(entry["first_us"], 400'000);
+  EXPECT_EQ(entry["position"], (std::vector<double>{1, 2, 3}));
+  EXPECT_EQ(entry["velocity"], (std::vector<double>{-8, 0.5, 0}));
+  EXPECT_EQ(entry["velocity_cov"][4], 4);
+}
+
 TEST(OutputDirectory, KeepsTimesOfOurEraToTheMicrosecond) {
   const Scratch scratch;
   const Mapper mapper = someMapper();

@@ -19,7 +19,7 @@ void storeClasses(const ClassWeights& classes, hgg::object_t& out) {
 }
 
 hgg::object_t makeObject(const ObjectSummary& object) {
-  hgg::object_t out{};  // dynamic, velocity, fragment: zero means not known
+  hgg::object_t out{};  // velocity, fragment: zero means not known
   out.id = object.id;
   out.label = object.label;
   out.name = object.name;
@@ -34,6 +34,11 @@ hgg::object_t makeObject(const ObjectSummary& object) {
   out.existence = object.existence;
   out.class_probability = object.class_probability;
   storeClasses(object.classes, out);
+  out.dynamic = object.motion.has_value();
+  if (object.motion) {
+    Eigen::Map<Eigen::Vector3f>(out.velocity) = object.motion->velocity.cast<float>();
+    Eigen::Map<Eigen::Matrix3f>(out.velocity_cov) = object.motion->velocity_cov.cast<float>();
+  }
   out.views = object.views;
   out.leaves = object.leaves;
   out.first_us = object.first_us;

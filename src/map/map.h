@@ -153,6 +153,8 @@ class Map {
   /// The id that the next new node gets. An id is given once only, also across save and load, so that the id of a
   /// removed node never comes to mean another.
   NodeId nextId() const { return next_id_; }
+  /// Gives one away to something that is told of beside the nodes (map/movers.h).
+  NodeId takeId() { return next_id_++; }
 
   /// Rebuilds a map from stored parts (map/file_read.cpp, import). Ids must be unique and positive; next_id is raised
   /// above them.

@@ -29,6 +29,33 @@ ObjectSummary summarise(const Map& map, const MapNode& node, const ClassTable& c
   return out;
 }
 
+/// A mover moves by itself, but where the map is corrected it moves along with the newest keyframe.
+ObjectSummary summarise(const Map& map, const Mover& mover, const ClassTable& classes) {
+  ObjectSummary out;
+  out.id = mover.id;
+  out.label = mover.label;
+  out.name = classes.name(mover.label);
+  out.belief = mover.belief;
+  out.belief.mean = mover.motion.position();
+  out.anchor = map.keyframes().last();
+  out.relative_cov = mover.motion.positionCov();
+  out.position_cov = out.relative_cov + map.poseCovariance(out.anchor).topLeftCorner<3, 3>();
+  out.classes = classProbabilities(mover.classes);
+  out.class_probability = weightOf(out.classes, mover.label);
+  out.views = mover.views;
+  out.first_us = mover.first_us;
+  out.last_us = mover.last_us;
+  out.motion = ObjectMotion{mover.motion.velocity(), mover.motion.velocityCov()};
+  return out;
+}
+
+void addMovers(const Mapper& mapper, const std::vector<Mover>& moving, GraphUpdate& update) {
+  for (const Mover& mover : moving) {
+    update.objects.push_back(summarise(mapper.map(), mover, mapper.classes()));
+  }
+  std::ranges::sort(update.objects, {}, &ObjectSummary::id);
+}
+
 }  // namespace
 
 GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report) {
@@ -50,7 +77,9 @@ GraphUpdate changedGraph(const Mapper& mapper, const StepReport& report, const s
       update.removed.push_back(id);
     }
   }
+  addMovers(mapper, report.moving, update);
   update.removed.insert(update.removed.end(), report.delta.removed.begin(), report.delta.removed.end());
+  update.removed.insert(update.removed.end(), report.stopped.begin(), report.stopped.end());
   std::ranges::sort(update.removed);
   update.edges = mapper.map().graph().edgesOf(touched);
   return update;
@@ -66,6 +95,7 @@ GraphUpdate completeGraph(const Mapper& mapper, Micros utime_us) {
       update.objects.push_back(summarise(mapper.map(), node, mapper.classes()));
     }
   }
+  addMovers(mapper, moversOf(mapper.movers()), update);
   update.edges = mapper.map().graph().edges();
   return update;
 }

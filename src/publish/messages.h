@@ -20,8 +20,14 @@ struct PoseUpdate {
   Pose T_map_odom = Pose::Identity();
 };
 
-/// An object node without its geometry: what subscribers see of it. Fields of hgg.object_t; those of it that are not
-/// here nobody computes yet, and they go out as not known.
+/// How an object moves, map frame.
+struct ObjectMotion {
+  Vec3 velocity = Vec3::Zero();      // m/s
+  Mat3 velocity_cov = Mat3::Zero();  // m^2/s^2
+};
+
+/// An object node without its geometry, or something that moves: what subscribers see of it. Fields of hgg.object_t;
+/// those of it that are not here nobody computes yet, and they go out as not known.
 struct ObjectSummary {
   NodeId id = 0;
   ClassId label = 0;
@@ -35,6 +41,7 @@ struct ObjectSummary {
   ClassWeights classes;  // probability of each class its place was taken for; empty when not known
   std::int32_t views = 0, leaves = 0;
   Micros first_us = 0, last_us = 0;
+  std::optional<ObjectMotion> motion = std::nullopt;  // of what moves
 };
 
 /// A change of the object graph, or the whole of it.
@@ -42,8 +49,8 @@ struct GraphUpdate {
   Micros utime_us = 0;
   std::int64_t revision = 0;
   bool complete = false;
-  std::vector<ObjectSummary> objects;  // ascending id
-  std::vector<NodeId> removed;         // ascending; absorbed, faded, or not (any more) confirmed
+  std::vector<ObjectSummary> objects;  // ascending id; all that moves now is among them
+  std::vector<NodeId> removed;         // ascending; absorbed, faded, not (any more) confirmed, or moved until now
   std::vector<Edge> edges;             // all edges with an end among `objects`
 };
 

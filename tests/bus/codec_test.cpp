@@ -436,6 +436,17 @@ TEST(Codec, AnObjectSaysWhatItIsAndHowWellItsPlaceIsKnown) {
   EXPECT_EQ(raw.class_probabilities, (std::vector<float>{0.625F, 0.25F, 0.125F}));
 }
 
+TEST(Codec, AnObjectThatMovesSaysHowFast) {
+  ObjectSummary object;
+  object.motion = ObjectMotion{Vec3(-8, 0.5, 0.25), someCovariance(2)};
+  const auto raw = sent(object);
+  EXPECT_TRUE(raw.dynamic);
+  EXPECT_EQ(raw.velocity[0], -8);
+  EXPECT_EQ(raw.velocity[1], 0.5F);
+  EXPECT_EQ(raw.velocity[2], 0.25F);
+  expectRowMajor(raw.velocity_cov, object.motion->velocity_cov);
+}
+
 TEST(Codec, WhatNobodyComputesOfAnObjectIsSentAsNotKnown) {
   const auto raw = sent({});
   EXPECT_EQ(raw.num_classes, 0);

@@ -187,6 +187,8 @@ TEST(TruthAccumulator, KeepsTheMiddleOfTheFramesPoints) {
   const auto objects = truth.objects();
   ASSERT_EQ(objects.size(), 1u);
   EXPECT_EQ(objects[0].track, (std::vector<Vec3>{Vec3(1, 0, 0.5), Vec3(5, 5, 5)}));
+  EXPECT_EQ(objects[0].track_points, (std::vector<std::int64_t>{2, 1}));
+  EXPECT_EQ(objects[0].track_frames, (std::vector<std::int64_t>{3, 7}));
 }
 
 TEST(ReadTruth, ComesBackAsWritten) {
@@ -195,6 +197,7 @@ TEST(ReadTruth, ComesBackAsWritten) {
   objects.push_back({7, 80, true, false, 1, {Vec3(1, 1, 1), 0.5 * Mat3::Identity(), 3}});
   objects[0].belief.cov(0, 1) = objects[0].belief.cov(1, 0) = 1.0 / 3.0;
   objects[0].track = objects[1].track = {Vec3(1, 0, 0), Vec3(1.5, -2, 0.25)};
+  objects[1].track_points = {5, 70}, objects[1].track_frames = {3, 4};
   ASSERT_EQ(writeTruth(objects, {Pose::Identity()}, scratch / "truth"), "");
   const auto read = readTruthObjects(scratch / "truth/gt_objects.json");
   ASSERT_TRUE(read) << read.error;
@@ -205,6 +208,8 @@ TEST(ReadTruth, ComesBackAsWritten) {
   EXPECT_TRUE((*read)[1].dynamic);
   EXPECT_TRUE((*read)[0].track.empty()) << "it stays";
   EXPECT_EQ((*read)[1].track, objects[1].track);
+  EXPECT_EQ((*read)[1].track_points, objects[1].track_points);
+  EXPECT_EQ((*read)[1].track_frames, objects[1].track_frames);
   writeText(scratch / "truth/gt_objects.json", "[{\"id\":1}]");
   EXPECT_FALSE(readTruthObjects(scratch / "truth/gt_objects.json"));
 }

@@ -127,6 +127,53 @@ TEST(Moving, IsCalledDynamicOrNotAndWhatStaysShouldNotBe) {
   EXPECT_EQ(objects.missed, std::vector<std::int64_t>{4}) << "the parked one has no node that stays";
 }
 
+/// A car that drives along y = `y`, seen in frames from `first` on.
+TruthObject drivingCar(std::int64_t id, double y, std::int64_t first, std::int64_t frames) {
+  TruthObject car = truthCar(id, Vec3(90, y, 0));
+  car.dynamic = true;
+  car.frames = frames;
+  for (std::int64_t k = 0; k < frames; ++k) {
+    car.track.emplace_back(static_cast<double>(k), y, 0);
+    car.track_points.push_back(k == 0 ? 1 : 100);
+    car.track_frames.push_back(first + k);
+  }
+  return car;
+}
+
+ToldMover toldFrom(NodeId id, const TruthObject& of, std::size_t from) {
+  ToldMover told{id, of.label, {}, {}, {}};
+  for (std::size_t k = from; k < of.track.size(); ++k) {
+    told.places.push_back(of.track[k] + Vec3(0.4, 0.3, 0));
+    told.frames.push_back(of.track_frames[k]);
+  }
+  return told;
+}
+
+TEST(Moving, WasToldOfInTimeOrLateOrNever) {
+  const std::vector<TruthObject> truth{drivingCar(1, 0, 0, 20), drivingCar(2, 20, 5, 20), drivingCar(3, 40, 0, 20),
+                                       drivingCar(4, 60, 0, 10), truthCar(5, Vec3(0, 80, 0))};
+  ToldMover parked{103, kCar, {truth[4].belief.mean}, {}, {0}}, of_nothing{104, kCar, {Vec3(0, 100, 0)}, {}, {0}};
+  std::vector<ToldMover> told{toldFrom(101, truth[0], 10), toldFrom(102, truth[1], 11), parked, of_nothing};
+  const MovingScore score = scoreMoving(told, truth, kRadius);
+  EXPECT_EQ(score.truth, 3u) << "one is seen in nine frames only, as one point makes no object";
+  EXPECT_EQ(score.said, 2u);
+  EXPECT_EQ(score.soon, 1u);
+  EXPECT_EQ(score.parked, std::vector<NodeId>{103});
+  EXPECT_EQ(score.elsewhere, std::vector<NodeId>{104});
+  told[0].frames = told[1].frames = {};
+  EXPECT_EQ(scoreMoving(told, truth, kRadius).said, 2u) << "without frames, by place";
+}
+
+TEST(Moving, AtAnotherTimeIsAnother) {
+  const TruthObject early = drivingCar(1, 0, 0, 20), late = drivingCar(2, 0, 50, 20);
+  const std::vector<TruthObject> truth{early, late};
+  const std::vector<ToldMover> told{toldFrom(101, late, 3)};
+  const MovingScore score = scoreMoving(told, truth, kRadius);
+  EXPECT_EQ(score.said, 1u);
+  EXPECT_EQ(score.soon, 1u);
+  EXPECT_TRUE(score.parked.empty() && score.elsewhere.empty());
+}
+
 TEST(Ghosts, OfAMapWithoutAnyAreNone) {
   EXPECT_TRUE(explained({car(1, Vec3::Zero())}, {truthCar(1, Vec3::Zero())}).empty());
 }

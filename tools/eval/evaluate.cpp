@@ -49,7 +49,7 @@ std::filesystem::path givenOr(const std::filesystem::path& given, const std::fil
   return !given.empty() || !std::filesystem::exists(fallback, error) ? given : fallback;
 }
 
-constexpr const char* kLiveName = "live.tum";
+constexpr const char *kLiveName = "live.tum", *kMovingName = "moving.jsonl";
 
 using Track = std::vector<TimedPose>;
 
@@ -424,12 +424,55 @@ std::string scoreObjects(const EvalOptions& options, Evaluation& evaluation) {
   return "";
 }
 
+/// The frames of these times, when every true pose has its pair; empty when one has none.
+std::vector<std::int64_t> framesAt(std::span<const PosePair> pairs, const std::vector<Micros>& times_us) {
+  std::vector<std::int64_t> frames;
+  for (const Micros time_us : times_us) {
+    const auto at = indexAt(pairs, time_us);
+    if (!at) {
+      return {};
+    }
+    frames.push_back(static_cast<std::int64_t>(*at));
+  }
+  return frames;
+}
+
+/// What moves, as the run told of it, else as the graph says; an error line, empty when done.
+std::string judgeMoving(const EvalOptions& options, const std::vector<MappedObject>& asked, Evaluation& evaluation) {
+  const Scenery& scenery = evaluation.scenery;
+  const auto path = options.map.empty() ? options.map : givenOr({}, options.map.parent_path() / kMovingName);
+  if (path.empty()) {
+    evaluation.moving = scoreMoving(asked, scenery.truth, options.radius);
+    return "";
+  }
+  auto told = readMoving(path);
+  if (!told) {
+    return told.error;
+  }
+  if (!options.classes.empty()) {
+    std::erase_if(*told, [&](const ToldMover& m) { return !evaluation.objects.classes.contains(m.label); });
+  }
+  const Pose T_truth_map = evaluation.trajectory ? evaluation.trajectory->T_truth_map : Pose::Identity();
+  for (ToldMover& mover : *told) {
+    for (Vec3& p : mover.places) {
+      p = T_truth_map * p;
+    }
+    mover.frames = evaluation.trajectory && evaluation.trajectory->share == 1
+                       ? framesAt(scenery.corrected->pairs, mover.times_us)
+                       : std::vector<std::int64_t>();
+  }
+  evaluation.moving = scoreMoving(*told, scenery.truth, options.radius);
+  return "";
+}
+
 /// Looks for twins and for what ghosts come from; an error line, empty when done.
 std::string explainObjects(const EvalOptions& options, Evaluation& evaluation) {
   const Scenery& scenery = evaluation.scenery;
   std::vector<MappedObject> asked = scenery.predictions;
   std::erase_if(asked, [&](const MappedObject& p) { return !evaluation.objects.classes.contains(p.label); });
-  evaluation.moving = scoreMoving(asked, scenery.truth, options.radius);
+  if (std::string error = judgeMoving(options, asked, evaluation); !error.empty()) {
+    return error;
+  }
   evaluation.twins = findTwins(asked, scenery.truth, options.radius);
   std::vector<CloudPoint> cloud;
   const auto path = givenOr({}, options.truth / "cloud.ply");

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,13 +46,32 @@ std::vector<Twins> findTwins(std::span<const MappedObject> predictions, std::spa
 
 /// What the map calls dynamic beside what moves.
 struct MovingScore {
-  std::size_t truth = 0;          // true objects that move and were seen in at least kSeenFrames
-  std::size_t said = 0;           // of them, those with a dynamic prediction of their class on their track
+  std::size_t truth = 0;  // true objects that move and were seen in at least kSeenFrames
+  std::size_t said = 0;   // of them, those with a dynamic prediction of their class on their track
+  std::optional<std::size_t> soon = std::nullopt;  // of them, by their kSeenFrames-th frame; needs moving.jsonl
   std::vector<NodeId> parked;     // dynamic predictions that are a true thing of their class that stays
   std::vector<NodeId> elsewhere;  // and those that are neither
 };
 constexpr std::int64_t kSeenFrames = 10;
+/// A frame with fewer points of an object does not count as one that sees it here: no class that moves makes an object
+/// of fewer.
+constexpr std::int64_t kSeenPoints = 20;
 MovingScore scoreMoving(std::span<const MappedObject> predictions, std::span<const TruthObject> truth, double radius);
+
+/// A track that the mapper told of while it drove, in order of time.
+struct ToldMover {
+  NodeId id = 0;
+  ClassId label = 0;
+  std::vector<Vec3> places = {};
+  std::vector<Micros> times_us = {};
+  std::vector<std::int64_t> frames = {};  // of the truth; empty: not known
+};
+/// The same of such tracks. A track is that of the thing of its class that most of its places are on, at the same
+/// frames where these are known. In time (`soon`) is what was told of before or at the kSeenFrames-th frame that saw
+/// it; without frames, the first place belongs to the frame of the nearest point of the true track.
+MovingScore scoreMoving(std::span<const ToldMover> told, std::span<const TruthObject> truth, double radius);
+/// moving.jsonl of a run (docs/file-format.md), each track under the class it had in the end.
+Result<std::vector<ToldMover>> readMoving(const std::filesystem::path& path);
 
 /// The cause of each ghost of the evaluation, by the first of these that holds: it lies on a true thing of its class
 /// that stays; on the track of something of its class that moves; on a thing of its class that is gone; most of its

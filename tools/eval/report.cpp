@@ -87,9 +87,11 @@ std::string formatGhosts(const Evaluation& evaluation) {
   return m.truth + m.parked.size() + m.elsewhere.size() == 0
              ? text
              : text + format(
-                          "moving: %zu of %zu seen in %lld frames or more are called dynamic; so are %zu that stay and "
-                          "%zu at nothing that moves\n",
-                          m.said, m.truth, static_cast<long long>(kSeenFrames), m.parked.size(), m.elsewhere.size());
+                          "moving: %zu of %zu seen in %lld frames or more are called dynamic%s; so are %zu that stay "
+                          "and %zu at nothing that moves\n",
+                          m.said, m.truth, static_cast<long long>(kSeenFrames),
+                          m.soon ? format(", %zu of them by the last of these", *m.soon).c_str() : "", m.parked.size(),
+                          m.elsewhere.size());
 }
 
 std::string formatCalibration(const char* name, const Calibration& c, const char* what) {
@@ -286,7 +288,11 @@ json toJson(const std::vector<Twins>& twins) {
 }
 
 json toJson(const MovingScore& m) {
-  return {{"truth", m.truth}, {"said", m.said}, {"parked", m.parked}, {"elsewhere", m.elsewhere}};
+  return {{"truth", m.truth},
+          {"said", m.said},
+          {"soon", m.soon ? json(*m.soon) : json()},
+          {"parked", m.parked},
+          {"elsewhere", m.elsewhere}};
 }
 
 json toJson(const Spread& s) { return {{"mean", s.mean}, {"median", s.median}, {"max", s.max}}; }

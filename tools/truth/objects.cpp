@@ -47,6 +47,10 @@ json toJson(const TruthObject& object) {
     const Vec3 rounded = (p * kDigits).array().round() / kDigits;
     entry["track"].push_back(std::vector<double>(rounded.begin(), rounded.end()));
   }
+  if (object.dynamic && !object.track_points.empty()) {
+    entry["track_points"] = object.track_points;
+    entry["track_frames"] = object.track_frames;
+  }
   return entry;
 }
 
@@ -62,6 +66,8 @@ TruthObject fromJson(const json& entry) {
   for (const json& p : entry.value("track", json::array())) {
     object.track.emplace_back(p.get<std::array<double, 3>>().data());
   }
+  object.track_points = entry.value("track_points", std::vector<std::int64_t>());
+  object.track_frames = entry.value("track_frames", std::vector<std::int64_t>());
   object.belief.kappa = entry.at("points").get<double>();
   object.belief.mean = Vec3(centroid.data());
   object.belief.cov = Eigen::Map<const RowMat3>(covariance.data());
@@ -77,6 +83,7 @@ void TruthAccumulator::add(std::int64_t id, ClassId label, std::size_t frame, co
     ++entry.frames;
     entry.sums.push_back(Vec3::Zero());
     entry.counts.push_back(0);
+    entry.which.push_back(static_cast<std::int64_t>(frame));
   }
   entry.last_frame = frame;
   entry.sums.back() += p_map;
@@ -90,7 +97,9 @@ std::vector<TruthObject> TruthAccumulator::objects() const {
     objects.push_back({.id = id, .label = entry.label, .frames = entry.frames, .belief = entry.moments.belief()});
     for (std::size_t i = 0; i < entry.sums.size(); ++i) {
       objects.back().track.emplace_back(entry.sums[i] / entry.counts[i]);
+      objects.back().track_points.push_back(static_cast<std::int64_t>(entry.counts[i]));
     }
+    objects.back().track_frames = entry.which;
   }
   return objects;
 }

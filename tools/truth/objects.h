@@ -25,6 +25,8 @@ struct TruthObject {
   std::int64_t frames = 0;  // frames with at least one of its points
   Belief belief = {};
   std::vector<Vec3> track = {};  // the middle of its points in each of those frames; kept in files of dynamic ones
+  std::vector<std::int64_t> track_points = {};  // how many these were; empty: not known
+  std::vector<std::int64_t> track_frames = {};  // which frames these were, ascending, from 0 on; empty: not known
 };
 
 /// Collects the points of each object over the frames.
@@ -43,12 +45,15 @@ class TruthAccumulator {
     std::size_t last_frame = 0;
     std::vector<Vec3> sums = {};  // of its points, by frame
     std::vector<double> counts = {};
+    std::vector<std::int64_t> which = {};
   };
   std::map<std::int64_t, Entry> entries_;
 };
 
 /// gt_objects.json: a list of {"id","label","dynamic","points","frames","centroid":[3],"covariance":[9 row-major]}, and
-/// "gone":true and "track":[[3],...] where that is so. An id that appears twice is an error.
+/// "gone":true, and "track":[[3],...] with "track_points":[...]
+/// and "track_frames":[...], where that is so. An id that appears twice is an
+/// error.
 Result<std::vector<TruthObject>> readTruthObjects(const std::filesystem::path& path);
 /// Returns an error line, empty when done.
 std::string writeTruthObjects(const std::vector<TruthObject>& objects, const std::filesystem::path& path);
