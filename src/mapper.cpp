@@ -48,7 +48,7 @@ std::size_t strideOf(const Frame& frame) { return std::max<std::size_t>(frame.po
 /// What the frame sees through from its aligned pose.
 std::shared_ptr<FreeSpace> freeSpaceOf(const Frame& frame, const Alignment& alignment) {
   const Pose& T_map_body = alignment.pose.T_map_body;
-  const auto shared = std::make_shared<FreeSpace>(
+  auto shared = std::make_shared<FreeSpace>(
       FreeSpace{RangeImage(frame.p_body_sensor), T_map_body * Eigen::Translation3d(frame.p_body_sensor)});
   FreeSpace& free = *shared;
   const std::size_t stride = strideOf(frame);
@@ -134,7 +134,7 @@ StepReport Mapper::step(const Frame& frame) {
     const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
                                                     tracker_.odometry().noiseOf(T_last_body));
     const std::shared_ptr<FreeSpace> free = freeSpaceOf(frame, alignment);
-    MapDelta updated = follow(free, local, alignment, std::move(taken), report);
+    MapDelta updated = follow(free, local, alignment, taken, report);
     free->found = foundIn(alignment);
     clock.lap("movers");
     updated = joined(std::move(updated), update(frame, local, alignment, *free, keyframe));
@@ -217,7 +217,7 @@ Tracking Mapper::track(const Frame& frame, const Prediction& prediction, LocalGr
 }
 
 MapDelta Mapper::follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph& local, Alignment& alignment,
-                        std::vector<LocalObject> taken, StepReport& report) {
+                        const std::vector<LocalObject>& taken, StepReport& report) {
   if (config_.ablation.blind_to_motion) {
     return {};
   }
@@ -225,7 +225,7 @@ MapDelta Mapper::follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph
     report.stopped = forgetMovers(movers_);
   }
   Followed followed =
-      followMovers(movers_, local, alignment.pairs, std::move(taken), alignment.pose.T_map_body, free, classes_, map_);
+      followMovers(movers_, local, alignment.pairs, taken, alignment.pose.T_map_body, free, classes_, map_);
   report.stopped.insert(report.stopped.end(), followed.ended.begin(), followed.ended.end());
   if (followed.trail.empty()) {
     return {};

@@ -74,7 +74,7 @@ class Mapper {
                  std::vector<LocalObject>& taken);
   /// Follows what moves: its objects leave the frame's graph and alignment's pairs, the nodes it had made the map.
   MapDelta follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph& local, Alignment& alignment,
-                  std::vector<LocalObject> taken, StepReport& report);
+                  const std::vector<LocalObject>& taken, StepReport& report);
   /// The frame fused into the map.
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, const FreeSpace& free,
                   const std::optional<NewKeyframe>& keyframe);

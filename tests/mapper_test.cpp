@@ -160,7 +160,7 @@ TEST(Mapper, TimesItsStagesInTheOrderOfThePipeline) {
     names.push_back(name);
     EXPECT_GE(ms, 0);
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "update", "correction"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"creation", "alignment", "movers", "update", "correction"}));
 }
 
 TEST(Mapper, TheMapCarriesTheClassNames) {

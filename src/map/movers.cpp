@@ -289,9 +289,9 @@ std::vector<LocalObject> takeMoving(const Movers& movers, LocalGraph& local, std
   return takeOut(local, pairs, markMoving(moversAmong(movers), local, seen));
 }
 
-Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>& pairs, std::vector<LocalObject> taken,
-                      const Pose& T_map_body, std::shared_ptr<const FreeSpace> free, const ClassTable& classes,
-                      Map& map) {
+Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>& pairs,
+                      const std::vector<LocalObject>& taken, const Pose& T_map_body,
+                      std::shared_ptr<const FreeSpace> free, const ClassTable& classes, Map& map) {
   const Micros utime_us = local.utime_us;
   std::vector<Seen> seen = thingsOf(local.objects, T_map_body, classes);
   for (Seen again : thingsOf(taken, T_map_body, classes)) {
@@ -319,8 +319,7 @@ Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>
   }
   takeOut(local, pairs, markMoving(moving, local, seen));
   std::ranges::sort(followed.trail);
-  const auto [first, last] = std::ranges::unique(followed.trail);
-  followed.trail.erase(first, last);
+  followed.trail.erase(std::unique(followed.trail.begin(), followed.trail.end()), followed.trail.end());
   std::erase_if(pairs, [&](const ObjectPair& pair) { return std::ranges::binary_search(followed.trail, pair.map); });
   keepLook(movers, views, utime_us, std::move(free));
   endTracks(movers, utime_us, followed.ended);

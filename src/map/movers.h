@@ -72,9 +72,9 @@ struct Followed {
 /// frame's graph. A track is a mover when its velocity is not zero, by a test at one percent, and three looks
 /// in a row have found more of it where it was free before, or of its old place free now, than taken. So what stands,
 /// and is only seen from elsewhere, is no mover, however its middle wanders. New movers get their ids from `map`.
-Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>& pairs, std::vector<LocalObject> taken,
-                      const Pose& T_map_body, std::shared_ptr<const FreeSpace> free, const ClassTable& classes,
-                      Map& map);
+Followed followMovers(Movers& movers, LocalGraph& local, std::vector<ObjectPair>& pairs,
+                      const std::vector<LocalObject>& taken, const Pose& T_map_body,
+                      std::shared_ptr<const FreeSpace> free, const ClassTable& classes, Map& map);
 
 /// Notes which nodes of the map the objects of the last frame have become part of.
 void noteFedNodes(Movers& movers, const Map& map);

@@ -249,7 +249,9 @@ SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const Fra
   const double per_range = config.creation.beam_factor * config.creation.beam_spacing_deg * kDegree;
   for (const SmallCluster& cluster : local.small) {
     const ClassInfo* info = classes.find(cluster.label);
-    if (info == nullptr || !standsClear(beams, T_sensor_body, cluster, info->cluster_radius)) {
+    // What can move is large: few points of it are a piece of something near that moves, or far and somewhere else
+    // soon.
+    if (info == nullptr || info->dynamic || !standsClear(beams, T_sensor_body, cluster, info->cluster_radius)) {
       continue;
     }
     // As far as clustering would join them, had the cluster been seen together with all of the node.

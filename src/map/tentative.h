@@ -34,10 +34,10 @@ struct FrameBeams {
 };
 
 /// Gathers evidence below min_points: track before detect. Small clusters in the middle of other surfaces are grains of
-/// wrong labels and left out. A cluster at a confirmed node of its class belongs to that; else it belongs to the
-/// tentative thing that it touches, or begins one. The others that the frame looked at are missed. Those that are no
-/// more often found than noise is are dropped; those that noise cannot explain have grown into things. `weight`: of the
-/// frame's view (viewWeight).
+/// wrong labels and left out, and so are those of classes that can move. A cluster at a confirmed node of its class
+/// belongs to that; else it belongs to the tentative thing that it touches, or begins one. The others that the frame
+/// looked at are missed. Those that are no more often found than noise is are dropped; those that noise cannot explain
+/// have grown into things. `weight`: of the frame's view (viewWeight).
 SmallThings gatherSmallThings(const Map& map, const LocalGraph& local, const FrameBeams& beams, const Pose& T_map_body,
                               double weight, const ClassTable& classes, const Config& config);
 

@@ -65,7 +65,7 @@ std::string regionName(const MapLeaves& map, const ClassNames& names, const Regi
   if (counts.empty()) {
     return "";
   }
-  if (const std::string name = byItsThings(counts); !name.empty()) {
+  if (std::string name = byItsThings(counts); !name.empty()) {
     return name;
   }
   const auto most = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second; });

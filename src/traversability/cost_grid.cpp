@@ -168,9 +168,10 @@ std::uint8_t costOf(const Support& s, bool was_walked, const TraversabilityConfi
   if (!was_walked && s.seen && s.confidence < limits.min_confidence) {
     return kCostUnknown;
   }
-  // Two thirds for how little is known of it, one third for how hard it is to walk on.
+  // Six sevenths for how little is known of it, one for how hard it is to walk on: what is known and within the limits
+  // is worth no long way around.
   const double hard = std::min(1.0, square(std::max({slope, step, roughness}))), doubt = 1 - s.confidence;
-  return static_cast<std::uint8_t>(std::lround(kCostWorst * (hard + 2 * doubt) / 3));
+  return static_cast<std::uint8_t>(std::lround(kCostWorst * (hard + 6 * doubt) / 7));
 }
 
 }  // namespace

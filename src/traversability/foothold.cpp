@@ -10,7 +10,7 @@ namespace hgg {
 namespace {
 
 /// A metre of the worst ground costs as much as this many of good ground: the robot takes no longer way around it.
-constexpr double kWorstFactor = 2;
+constexpr double kWorstFactor = 3;
 
 /// True when a blocked surface concerns a robot that stands beside it at `height`: it is ground there, or stands or
 /// hangs where the body is.
