@@ -95,6 +95,10 @@ void OutputDirectory::add(const StepReport& report, const FrameTiming& timing, c
       moving_ << lineOf(mover) << '\n';
     }
   }
+  // A run that is killed keeps its way: lines that wait in memory would be lost with it.
+  trajectory_.flush();
+  live_.flush();
+  moving_.flush();
   stats_.add(report);
   stats_.add(timing, map.megabytes());
 }

@@ -7,6 +7,7 @@
 #include "core/position_uncertainty.h"
 #include "core/se3.h"
 #include "core/units.h"
+#include "map/sight.h"
 
 namespace hgg {
 namespace {
@@ -148,11 +149,10 @@ PlaceView viewAt(const MapNode& node, std::vector<Seen>& seen, const Pose& T_map
     }
     if (free != nullptr) {
       const Mat3 R = T_sensor_map.linear();
-      const BeamCount beams =
-          free->image.beamsAt(T_sensor_map * footprint.mean, R * footprint.cov * R.transpose(), sigma);
-      const double nobody = std::exp(-std::max(n, beams.ends)), all = beams.through + beams.hits + beams.hidden;
-      view.taken += (1 - nobody) * share;
-      view.through += nobody * (1 - std::exp(-beams.through)) * (all > 0 ? beams.through / all : 0) * share;
+      BeamCount beams = free->image.beamsAt(T_sensor_map * footprint.mean, R * footprint.cov * R.transpose(), sigma);
+      beams.ends = std::max(n, beams.ends);  // the image has some of the beams, the frame all
+      view.taken += takenBy(beams) * share;
+      view.through += seenThroughBy(beams) * share;
     }
   }
   return view;

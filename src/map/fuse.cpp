@@ -6,6 +6,7 @@
 
 #include "core/spd.h"
 #include "map/class_evidence.h"
+#include "map/patch.h"
 #include "map/stuff_surface.h"
 
 namespace hgg {
@@ -144,25 +145,6 @@ bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
   const Eigen3 e = eigenSymmetric(withFloor(b.cov, sigma_floor));
   const Vec3 d = (e.vectors.transpose() * (p - b.mean)).cwiseAbs();
   return (d.array() < kBoxSigmas * e.values.array().sqrt()).all();
-}
-
-/// How far apart pieces of one object can be, in cluster radii: something that hides the surface between them also cuts
-/// clusters. Chosen by hand; docs/experiments.md, "One object, two nodes", says what the rule gains.
-constexpr double kFragmentDistance = 2;
-
-/// An evenly filled patch ends sqrt(3) standard deviations from its middle.
-constexpr double kPatchSigmas = 1.732;
-
-/// Gap between two leaves along the line of their means, each of which ends kPatchSigmas from its own.
-double surfaceGap(const Belief& a, const Belief& b) {
-  const Vec3 d = b.mean - a.mean;
-  const double length = d.norm();
-  if (length == 0) {
-    return 0;
-  }
-  const Vec3 u = d / length;
-  return length -
-         kPatchSigmas * (std::sqrt(std::max(u.dot(a.cov * u), 0.0)) + std::sqrt(std::max(u.dot(b.cov * u), 0.0)));
 }
 
 /// True when the surfaces of the nodes' leaves come closer than `radius`: what clustering calls one object within a

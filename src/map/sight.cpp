@@ -20,9 +20,8 @@ PlaceSight lookAt(const std::vector<Belief>& leaves, const FreeSpace& look, doub
     const double sigma = std::sqrt(square(kPositionOfView.view_noise) + variance + look.variance +
                                    (variance_turn + look.variance_turn) * p.squaredNorm());
     const BeamCount beams = look.image.beamsAt(p, R * withFloor(leaf.cov, sigma_floor) * R.transpose(), sigma);
-    const double nobody = std::exp(-beams.ends), all = beams.through + beams.hits + beams.hidden;
-    sight.taken += (1 - nobody) * share;
-    sight.through += nobody * (1 - std::exp(-beams.through)) * (all > 0 ? beams.through / all : 0) * share;
+    sight.taken += takenBy(beams) * share;
+    sight.through += seenThroughBy(beams) * share;
   }
   return sight;
 }

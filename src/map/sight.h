@@ -1,10 +1,21 @@
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "map/class_evidence.h"
+#include "map/range_image.h"
 
 namespace hgg {
+
+/// The chance that a beam ended at a place, 0..1.
+inline double takenBy(const BeamCount& beams) { return 1 - std::exp(-beams.ends); }
+/// The chance that none ended there and one of those that passed would have hit what stood there, by the share of the
+/// place's beams that were not hidden, 0..1.
+inline double seenThroughBy(const BeamCount& beams) {
+  const double all = beams.through + beams.hits + beams.hidden;
+  return std::exp(-beams.ends) * (1 - std::exp(-beams.through)) * (all > 0 ? beams.through / all : 0);
+}
 
 /// Shares of the leaves of a thing, 0..1, that a look saw through, and that it found taken.
 struct PlaceSight {

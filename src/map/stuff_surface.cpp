@@ -20,9 +20,6 @@ constexpr double kLeastPoints = 10;
 constexpr double kFlat = 5;
 /// Points this many standard deviations off a plane are not in it.
 constexpr double kOffSigmas = 3;
-/// Views in a stretch of wrong labels: two seconds at 10 Hz. docs/experiments.md, "Confused surfaces", has what more
-/// and fewer do.
-constexpr double kStretch = 20;
 
 struct Plane {
   Vec3 point, normal;
@@ -77,7 +74,7 @@ ClassWeights viewsOfPlane(const LocalGraph& local, const LocalObject& object, do
       continue;
     }
     if (const double share = shareIn({stuff.mean, e.vectors.col(0), thickness}, object); share > 0) {
-      addWeight(views, label, kStretch * share);
+      addWeight(views, label, kStretchOfWrongLabels * share);
     }
   }
   return views;

@@ -5,6 +5,9 @@
 #include <map>
 
 #include "core/units.h"
+#include "map/patch.h"
+#include "map/sight.h"
+#include "map/stuff_surface.h"
 
 namespace hgg {
 namespace {
@@ -20,9 +23,6 @@ constexpr double kMistaken = 0.05;
 constexpr double kFalseThings = 0.01;
 /// Looks at noise, and repeats among them, that a drive starts with: one in twenty until it has shown its own share.
 constexpr double kPriorLooks = 20, kPriorRepeats = 1;
-/// Views in a stretch of wrong labels: two seconds at 10 Hz, as in map/stuff_surface.cpp. All finds of one stretch are
-/// one opinion.
-constexpr double kStretch = 20;
 /// At most so many tentative things. Those go first that were seen last the longest ago, where each frame that found
 /// one keeps it for a second more.
 constexpr std::size_t kMostTentative = 1024;
@@ -33,10 +33,6 @@ constexpr std::size_t kLookedAtInTurn = 4;
 /// How far around a cluster other ends of beams are looked for, beside its class's radius: a beam or two of a spinning
 /// LiDAR to either side, rad.
 constexpr double kBesideBeams = 0.5 * kDegree;
-/// Pieces of one object can be so many cluster radii apart, as in map/fuse.cpp.
-constexpr double kFragmentDistance = 2;
-/// An evenly filled patch ends sqrt(3) standard deviations from its middle.
-constexpr double kPatchSigmas = 1.732;
 /// Class of a view in which a place was something else, whatever.
 constexpr ClassId kOther = 0;
 
@@ -47,18 +43,6 @@ LocalObject objectOf(ClassId label, const Belief& belief) {
   object.T_body_object = objectFrame(belief);
   object.leaves = {transform(object.T_body_object.inverse(), belief)};
   return object;
-}
-
-/// Gap between two patches along the line of their means.
-double gapBetween(const Belief& a, const Belief& b) {
-  const Vec3 d = b.mean - a.mean;
-  const double length = d.norm();
-  if (length == 0) {
-    return 0;
-  }
-  const Vec3 u = d / length;
-  const auto half = [&](const Mat3& cov) { return kPatchSigmas * std::sqrt(std::max(u.dot(cov * u), 0.0)); };
-  return length - half(a.cov) - half(b.cov);
 }
 
 /// How the beams of the frame met a place; `sigma`: how far around it, m.
@@ -89,7 +73,7 @@ bool isAtNode(const Map& map, ClassId label, const Belief& cluster, double reach
     }
     const Belief here = transform(node.T_map_object.inverse(), cluster);
     return std::ranges::any_of(leavesOf(node),
-                               [&](const Leaf& leaf) { return gapBetween(unpackLeaf(leaf), here) < reach; });
+                               [&](const Leaf& leaf) { return surfaceGap(unpackLeaf(leaf), here) < reach; });
   });
 }
 
@@ -133,7 +117,7 @@ class Gathering {
     for (const std::size_t k : same) {
       const Belief& other = things_.list[k].belief;
       if ((other.mean - cluster.mean).squaredNorm() < square(config_.alignment.gate)) {
-        const double gap = gapBetween(other, cluster);
+        const double gap = surfaceGap(other, cluster);
         nearest = gap < least && map_.isActive(things_.list[k].anchor) ? k : nearest;
         least = std::min(least, gap);
       }
@@ -153,7 +137,7 @@ class Gathering {
   void yieldTo(const LocalObject& object, const Pose& T_map_body, double radius) {
     const Belief here = transform(T_map_body, object.belief);
     for (const std::size_t k : by_class_[object.label]) {
-      is_object_[k] = is_object_[k] || gapBetween(things_.list[k].belief, here) < radius;
+      is_object_[k] = is_object_[k] || surfaceGap(things_.list[k].belief, here) < radius;
     }
   }
 
@@ -172,9 +156,7 @@ class Gathering {
       Belief place = thing.belief;
       place.cov.diagonal().array() += square(info->cluster_radius / 4);
       const BeamCount count = beamsAt(beams_, T_sensor_map, place, info->cluster_radius / 4);
-      const double nobody = std::exp(-count.ends), all = count.through + count.hits + count.hidden;
-      thing.missed += kLookedAtInTurn * weight_ *
-                      (1 - nobody + nobody * (1 - std::exp(-count.through)) * (all > 0 ? count.through / all : 0));
+      thing.missed += kLookedAtInTurn * weight_ * (takenBy(count) + seenThroughBy(count));
     }
   }
 
@@ -223,7 +205,7 @@ class Gathering {
   void find(std::size_t k) {
     TentativeThing& thing = things_.list[k];
     if (!is_found_[k]) {
-      thing.found_again += thing.found + thing.missed >= kStretch ? weight_ : 0;
+      thing.found_again += thing.found + thing.missed >= kStretchOfWrongLabels ? weight_ : 0;
       thing.found += weight_, ++thing.frames, thing.last_us = utime_us_;
       is_found_[k] = true;
     }
