@@ -3,7 +3,6 @@
 #include <iterator>
 
 #include "bus/codec.h"
-#include "bus/edge_message.h"
 #include "bus/wire.h"
 
 namespace hgg {
@@ -44,6 +43,14 @@ hgg::object_t makeObject(const ObjectSummary& object) {
   out.leaves = object.leaves;
   out.first_us = object.first_us;
   out.last_us = object.last_us;
+  return out;
+}
+
+hgg::edge_t makeEdge(const Edge& edge) {
+  hgg::edge_t out;
+  out.a = edge.a;
+  out.b = edge.b;
+  out.weight = edge.weight;
   return out;
 }
 

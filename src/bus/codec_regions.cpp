@@ -3,7 +3,6 @@
 #include <iterator>
 
 #include "bus/codec.h"
-#include "bus/edge_message.h"
 #include "bus/wire.h"
 
 namespace hgg {
@@ -18,6 +17,14 @@ hgg::region_t makeRegion(const Region& region) {
   out.kappa = region.belief.kappa;
   out.objects = region.objects;
   out.num_objects = static_cast<std::int32_t>(out.objects.size());
+  return out;
+}
+
+hgg::edge_t makeEdge(const Edge& edge) {
+  hgg::edge_t out;
+  out.a = edge.a;
+  out.b = edge.b;
+  out.weight = edge.weight;
   return out;
 }
 
