@@ -19,6 +19,7 @@ struct PlanOptions {
   std::string map, config, batch;
   std::vector<double> from, to;
   std::optional<double> resolution;  // m
+  double tolerance = kPlanTolerance;
   bool allow_unknown = false, json = false;
 };
 
@@ -30,6 +31,7 @@ std::string jsonOf(const Plan& plan) {
     j["path"].push_back({p.x(), p.y(), p.z()});
   }
   j["length"] = plan.length, j["cost"] = plan.cost;
+  j["goal_distance"] = plan.goal_distance;
   j["worst_confidence"] = plan.worst_confidence;
   j["reason"] = plan.reason;
   return j.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -42,6 +44,9 @@ void printPlan(const Plan& plan) {
   }
   fmt::print("path of {:.1f} m (cost {:.1f}), worst confidence {:.2f}\n", plan.length, plan.cost,
              plan.worst_confidence);
+  if (plan.goal_distance > 0) {
+    fmt::print("it ends {:.2f} m from the goal, where the robot cannot stand\n", plan.goal_distance);
+  }
   for (const Vec3& p : plan.path) {
     fmt::print("  {:.2f} {:.2f} {:.2f}\n", p.x(), p.y(), p.z());
   }
@@ -85,9 +90,9 @@ int planBatch(const PlanOptions& o, const Ground& ground, const TraversabilityCo
       return numbers ? pointOf(*numbers) : std::nullopt;
     };
     const std::optional<PlanPoint> from = point("from"), to = point("to");
-    return from && to
-               ? std::optional(jsonOf(planPath(ground.grid, limits, {*from, *to, ground.height, o.allow_unknown})))
-               : std::nullopt;
+    return from && to ? std::optional(jsonOf(
+                            planPath(ground.grid, limits, {*from, *to, ground.height, o.allow_unknown, o.tolerance})))
+                      : std::nullopt;
   };
   const auto refuse = [](const std::string& why) {
     Plan none;
@@ -115,7 +120,7 @@ int plan(const PlanOptions& o) {
   if (!o.batch.empty()) {
     return planBatch(o, *ground, limits);
   }
-  const Plan found = planPath(ground->grid, limits, {*from, *to, ground->height, o.allow_unknown});
+  const Plan found = planPath(ground->grid, limits, {*from, *to, ground->height, o.allow_unknown, o.tolerance});
   if (o.json) {
     fmt::print("{}\n", jsonOf(found));
   } else {
@@ -138,6 +143,11 @@ void addPlan(CLI::App& app, Action& action) {
                       R"(file of lines {"from":[x,y,z],"to":[x,y,z]}: one JSON answer a line, in their order)");
   command->add_option("--config", o->config, "hggmap.toml with the robot's limits, [traversability]");
   command->add_option("--resolution", o->resolution, "edge of a cell [m]; default: as configured");
+  command
+      ->add_option("--tolerance", o->tolerance,
+                   "where the robot cannot stand at an end of the path, how far off it may begin or end [m]")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
   command->add_flag("--allow-unknown", o->allow_unknown, "walk where nothing was seen, too");
   command->add_flag("--json", o->json, "print JSON");
   command->footer(

@@ -1,7 +1,6 @@
 #include "traversability/edges.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "core/units.h"
@@ -22,9 +21,6 @@ constexpr double kAbove = 0.1;
 /// Ground this many times farther off than the eye is high is in view: 27 degrees below level; the lowest beams of
 /// LiDARs look 15 to 25 degrees down.
 constexpr double kFlatness = 2;
-
-constexpr std::array<std::pair<int, int>, 8> kWays{
-    {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
 
 /// True when ground goes on in a column, or something stands there that may hide it.
 bool goesOn(std::span<const Support> column, const Support& s, const TraversabilityConfig& limits) {

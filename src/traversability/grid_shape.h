@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -40,6 +41,10 @@ struct GridShape {
   double xOf(std::int32_t column) const { return x + (column + 0.5) * resolution; }
   double yOf(std::int32_t row) const { return y + (row + 0.5) * resolution; }
 };
+
+/// From a cell to those around it, in cells.
+inline constexpr std::array<std::pair<int, int>, 8> kWays{
+    {{1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}, {-1, -1}, {0, -1}, {1, -1}}};
 
 /// From a cell to the next one that way, one of eight, in cells.
 inline double strideOf(std::pair<int, int> way) { return way.first != 0 && way.second != 0 ? std::numbers::sqrt2 : 1; }

@@ -23,46 +23,120 @@ constexpr double kMostSag = 0.1;
 
 using Way = std::vector<std::uint32_t>;  // surfaces, from start to goal
 
-/// A surface to begin or end at, or why there is none.
-Result<std::uint32_t> anchorOf(const Footholds& holds, const TraversabilityConfig& limits, const PlanPoint& point,
-                               double ground_z, const char* what) {
-  using Found = Result<std::uint32_t>;
-  const GridShape& shape = holds.grid().shape;
-  const std::int32_t column = shape.columnOf(point.x), row = shape.rowOf(point.y);
-  const std::string where = fmt::format("the {} ({:.2f}, {:.2f})", what, point.x, point.y);
-  if (!shape.contains(column, row)) {
-    return Found::fail(fmt::format("{} lies outside the map", where));
+/// Surfaces that a path may begin or end at, with how far each is from the place that was asked for, m. Not empty.
+struct Anchors {
+  std::vector<std::pair<std::uint32_t, double>> surfaces;
+  double within = 0;  // m: from these the robot may step to the place itself
+
+  bool isThere(std::uint32_t surface) const {
+    return std::ranges::find(surfaces, surface, &std::pair<std::uint32_t, double>::first)->second <= within;
   }
-  const double height = point.z.value_or(ground_z);
-  const double reach = point.z ? kHeightReach : std::numeric_limits<double>::infinity();
-  const std::int64_t here = holds.nearest(shape.cell(column, row), height, reach);
+};
+
+/// Where an end of a path was asked for, and what is known of it.
+struct AskedPlace {
+  std::int32_t column = 0, row = 0;
+  double height = 0, reach = 0;  // m, map frame; how far off in height ground may be
+  std::string trouble;           // why nobody can stand there; empty: one can
+  bool is_obstacle = false;
+};
+
+Result<AskedPlace> lookAt(const Footholds& holds, const PlanPoint& point, double ground_z, const std::string& where) {
+  const GridShape& shape = holds.grid().shape;
+  AskedPlace asked{shape.columnOf(point.x), shape.rowOf(point.y), point.z.value_or(ground_z),
+                   point.z ? kHeightReach : std::numeric_limits<double>::infinity(), ""};
+  if (!shape.contains(asked.column, asked.row)) {
+    return Result<AskedPlace>::fail(fmt::format("{} lies outside the map", where));
+  }
+  const std::int32_t cell = shape.cell(asked.column, asked.row);
+  const std::int64_t here = holds.nearest(cell, asked.height, asked.reach);
   if (here < 0) {
-    return Found::fail(holds.grid().column(shape.cell(column, row)).empty()
-                           ? fmt::format("{} lies on unknown ground", where)
-                           : fmt::format("{} has no ground within {} m of height {:.2f}", where, kHeightReach, height));
+    asked.trouble = holds.grid().column(cell).empty() ? fmt::format("{} lies on unknown ground", where)
+                                                      : fmt::format("{} has no ground within {} m of height {:.2f}",
+                                                                    where, kHeightReach, asked.height);
+    return Result<AskedPlace>::ok(asked);
   }
   const Support& s = holds.grid().supports[static_cast<std::size_t>(here)];
   if (!isWalkable(s.cost)) {
-    return Found::fail(
-        fmt::format("{} lies {}", where, s.cost == kCostBlocked ? "in an obstacle" : "on ground that is hardly known"));
+    asked.is_obstacle = s.cost == kCostBlocked;
+    asked.trouble =
+        fmt::format("{} lies {}", where, asked.is_obstacle ? "in an obstacle" : "on ground that is hardly known");
+  } else {
+    asked.height = s.height, asked.reach = holds.stepHeight();
   }
-  // The robot may stand closer to something than it would walk: the nearest place that is clear will do.
-  const auto around = 1 + static_cast<std::int32_t>(limits.footprint_radius / shape.resolution);
-  std::int64_t best = -1;
-  double best_distance = std::numeric_limits<double>::infinity();
-  for (std::int32_t r = row - around; r <= row + around; ++r) {
-    for (std::int32_t c = column - around; c <= column + around; ++c) {
-      const double distance = std::hypot(r - row, c - column);
-      const std::int64_t other =
-          shape.contains(c, r) ? holds.nearest(shape.cell(c, r), s.height, limits.step_height) : -1;
-      if (other >= 0 && holds.isClear(static_cast<std::uint32_t>(other)) && distance < best_distance) {
-        best = other, best_distance = distance;
+  return Result<AskedPlace>::ok(asked);
+}
+
+/// True when nothing stands on the straight line from the place that was asked for to a surface. Where that place is
+/// itself in something, as in the column beside a wall that is drawn too wide, the line may leave it but not enter
+/// anything else.
+bool isOpenBetween(const Footholds& holds, const TraversabilityConfig& limits, const AskedPlace& asked,
+                   std::uint32_t surface) {
+  const GridShape& shape = holds.grid().shape;
+  const Support& end = holds.grid().supports[surface];
+  const auto stands = [&](const Support& s) {
+    return s.cost == kCostBlocked && s.bottom < end.height + limits.body_height &&
+           s.top > end.height - limits.step_height;
+  };
+  const std::int32_t columns = holds.cellOf(surface) % shape.width - asked.column;
+  const std::int32_t rows = holds.cellOf(surface) / shape.width - asked.row;
+  const int steps = 2 * std::max(std::abs(columns), std::abs(rows));
+  bool is_free = false;
+  for (int k = 0; k <= steps; ++k) {
+    const double share = steps > 0 ? static_cast<double>(k) / steps : 0;
+    const std::int32_t cell = shape.cell(asked.column + static_cast<std::int32_t>(std::lround(share * columns)),
+                                         asked.row + static_cast<std::int32_t>(std::lround(share * rows)));
+    const bool is_blocked = std::ranges::any_of(holds.grid().column(cell), stands);
+    if (is_blocked && is_free) {
+      return false;
+    }
+    is_free = is_free || !is_blocked;
+  }
+  return true;
+}
+
+/// The surfaces within `tolerance` (m) of a place where the robot has room.
+Anchors clearAround(const Footholds& holds, const TraversabilityConfig& limits, const AskedPlace& asked,
+                    double tolerance) {
+  const GridShape& shape = holds.grid().shape;
+  Anchors anchors;
+  // By a cell more: the footprint is measured so, too.
+  anchors.within = asked.trouble.empty() ? limits.footprint_radius + shape.resolution : 0;
+  const double reach = std::max(tolerance > 0 ? tolerance + shape.resolution : 0, anchors.within);
+  const auto around = static_cast<std::int32_t>(reach / shape.resolution);
+  for (std::int32_t r = asked.row - around; r <= asked.row + around; ++r) {
+    for (std::int32_t c = asked.column - around; c <= asked.column + around; ++c) {
+      const double distance = shape.resolution * std::hypot(r - asked.row, c - asked.column);
+      const bool is_near = shape.contains(c, r) && distance <= reach;
+      const std::int64_t other = is_near ? holds.nearest(shape.cell(c, r), asked.height, asked.reach) : -1;
+      if (other >= 0 && holds.isClear(static_cast<std::uint32_t>(other)) &&
+          isOpenBetween(holds, limits, asked, static_cast<std::uint32_t>(other))) {
+        anchors.surfaces.emplace_back(static_cast<std::uint32_t>(other), distance);
       }
     }
   }
-  return best >= 0 ? Found::ok(static_cast<std::uint32_t>(best))
-                   : Found::fail(fmt::format("{} has no room for the robot ({} m around its centre)", where,
-                                             limits.footprint_radius));
+  return anchors;
+}
+
+/// Where a path may begin or end, or why it cannot. The robot may stand closer to something than it would walk, and
+/// where it stands may be hardly known. What stands may be drawn a column too wide; who asks for a place deeper in it
+/// is told so.
+Result<Anchors> anchorsOf(const Footholds& holds, const TraversabilityConfig& limits, const PlanPoint& point,
+                          double ground_z, double tolerance, const char* what) {
+  const std::string where = fmt::format("the {} ({:.2f}, {:.2f})", what, point.x, point.y);
+  const Result<AskedPlace> asked = lookAt(holds, point, ground_z, where);
+  if (!asked) {
+    return Result<Anchors>::fail(asked.error);
+  }
+  Anchors anchors =
+      clearAround(holds, limits, *asked, asked->is_obstacle ? std::min(tolerance, limits.footprint_radius) : tolerance);
+  if (anchors.surfaces.empty()) {
+    return Result<Anchors>::fail(
+        !asked->trouble.empty()
+            ? asked->trouble
+            : fmt::format("{} has no room for the robot ({} m around its centre)", where, limits.footprint_radius));
+  }
+  return Result<Anchors>::ok(std::move(anchors));
 }
 
 /// What a step between two surfaces costs, m.
@@ -72,18 +146,25 @@ double stepCost(const Footholds& holds, std::uint32_t a, std::uint32_t b) {
 
 using Penalties = std::unordered_map<std::uint32_t, double>;  // of the surfaces that a way may end at, m
 
-/// The way to the end that is cheapest with its penalty (A*); empty when none can be reached. `to_go`: of a surface, m,
-/// no more than what is left of the cheapest way from there; 0 everywhere makes it Dijkstra's search.
+/// A metre that a path begins or ends beside what was asked for weighs more than this many of walking: it does so only
+/// where the nearer place cannot be reached.
+constexpr double kBeside = 20;
+
+/// The way to the end that is cheapest with its penalty (A*), from any of the surfaces to start at, which weigh by
+/// their distance; empty when none can be reached. `to_go`: of a surface, m, no more than what is left of the cheapest
+/// way from there; 0 everywhere makes it Dijkstra's search.
 template <typename ToGo>
-Way search(const Footholds& holds, std::uint32_t start, const Penalties& ends, const ToGo& to_go) {
+Way search(const Footholds& holds, const Anchors& starts, const Penalties& ends, const ToGo& to_go) {
   const GridShape& shape = holds.grid().shape;
   constexpr auto kNone = std::numeric_limits<std::uint32_t>::max();
   std::vector<float> cost(holds.grid().supports.size(), std::numeric_limits<float>::infinity());
   std::vector<std::uint32_t> from(holds.grid().supports.size(), kNone);
   using Open = std::pair<float, std::uint32_t>;  // cost of the way through it at least; ties by index
   std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
-  cost[start] = 0;
-  open.emplace(0.0F, start);
+  for (const auto& [start, distance] : starts.surfaces) {
+    cost[start] = static_cast<float>(kBeside * distance);
+    open.emplace(cost[start] + static_cast<float>(to_go(start)), start);
+  }
   std::vector<bool> closed(holds.grid().supports.size(), false);
   Open best{std::numeric_limits<float>::infinity(), kNone};  // of the ends
   while (!open.empty() && open.top().first < best.first) {
@@ -172,8 +253,10 @@ Way straightened(const Footholds& holds, const Way& way) {
   return out;
 }
 
-/// Path, length, cost and worst confidence of a way between two places near its ends.
-Plan planOf(const Footholds& holds, const Way& way, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+/// Path, length, cost and worst confidence of a way from a start to a goal. It begins at the start, where the robot is,
+/// and ends at the goal or, where that is no place to stand, at the nearest that is.
+Plan planOf(const Footholds& holds, const Way& way, const Eigen::Vector2d& start, bool starts_there,
+            const Eigen::Vector2d& goal, bool ends_there) {
   Plan plan;
   plan.found = true;
   plan.worst_confidence = 1;
@@ -185,11 +268,14 @@ Plan planOf(const Footholds& holds, const Way& way, const Eigen::Vector2d& from,
     plan.path.push_back(holds.place(k));
     plan.worst_confidence = std::min<double>(plan.worst_confidence, holds.grid().supports[k].confidence);
   }
-  plan.path.front().head<2>() = from;
-  if (plan.path.size() == 1) {
-    plan.path.push_back(plan.path.front());
+  if (!starts_there || plan.path.size() == 1) {
+    plan.path.insert(plan.path.begin(), plan.path.front());
   }
-  plan.path.back().head<2>() = to;
+  plan.path.front().head<2>() = start;
+  if (ends_there) {
+    plan.path.back().head<2>() = goal;
+  }
+  plan.goal_distance = (plan.path.back().head<2>() - goal).norm();
   for (std::size_t k = 1; k < plan.path.size(); ++k) {
     plan.length += (plan.path[k] - plan.path[k - 1]).norm();
   }
@@ -202,17 +288,24 @@ Plan planPath(const CostGrid& grid, const TraversabilityConfig& limits, const Pl
   Plan none;
   const CostGrid opened = request.allow_unknown ? withUnknownAsGround(grid) : CostGrid{};
   const Footholds holds(request.allow_unknown ? opened : grid, limits);
-  const Result<std::uint32_t> start = anchorOf(holds, limits, request.from, request.ground_z, "start");
-  const Result<std::uint32_t> goal = anchorOf(holds, limits, request.to, request.ground_z, "goal");
+  const Result<Anchors> start = anchorsOf(holds, limits, request.from, request.ground_z, request.tolerance, "start");
+  const Result<Anchors> goal = anchorsOf(holds, limits, request.to, request.ground_z, request.tolerance, "goal");
   if (!start || !goal) {
     none.reason = start ? goal.error : start.error;
     return none;
   }
-  const Vec3 p_goal = holds.place(*goal);
-  const Way way = search(holds, *start, {{*goal, 0.0}},
-                         [&](std::uint32_t surface) { return (holds.place(surface) - p_goal).norm(); });
+  const Eigen::Vector2d p_start(request.from.x, request.from.y), p_goal(request.to.x, request.to.y);
+  Penalties ends;
+  double beside = 0;
+  for (const auto& [surface, distance] : goal->surfaces) {
+    ends.emplace(surface, kBeside * distance);
+    beside = std::max(beside, distance + grid.shape.resolution);
+  }
+  const Way way = search(holds, *start, ends, [&](std::uint32_t surface) {
+    return std::max(0.0, (holds.place(surface).head<2>() - p_goal).norm() - beside);
+  });
   if (!way.empty()) {
-    return planOf(holds, way, {request.from.x, request.from.y}, {request.to.x, request.to.y});
+    return planOf(holds, way, p_start, start->isThere(way.front()), p_goal, goal->isThere(way.back()));
   }
   none.reason = "obstacles or steps lie between start and goal on every way";
   if (!request.allow_unknown) {
@@ -229,7 +322,7 @@ PlanToAny planToAny(const CostGrid& grid, const TraversabilityConfig& limits, co
                     std::span<const PlanEnd> ends) {
   PlanToAny out;
   const Footholds holds(grid, limits);
-  const Result<std::uint32_t> start = anchorOf(holds, limits, from, ground_z, "start");
+  const Result<Anchors> start = anchorsOf(holds, limits, from, ground_z, kPlanTolerance, "start");
   if (!start) {
     out.plan.reason = start.error;
     return out;
@@ -244,7 +337,7 @@ PlanToAny planToAny(const CostGrid& grid, const TraversabilityConfig& limits, co
     return out;
   }
   out.end = static_cast<std::size_t>(std::ranges::find(ends, way.back(), &PlanEnd::surface) - ends.begin());
-  out.plan = planOf(holds, way, {from.x, from.y}, holds.place(way.back()).head<2>());
+  out.plan = planOf(holds, way, {from.x, from.y}, start->isThere(way.front()), holds.place(way.back()).head<2>(), true);
   return out;
 }
 

@@ -16,15 +16,21 @@ struct PlanPoint {
   std::optional<double> z;  // m, map frame
 };
 
+/// How far from the place that was asked for a path may begin or end where nobody can stand on that place itself, m: as
+/// much as is usual of planners (Nav2: 0.5 m).
+inline constexpr double kPlanTolerance = 0.5;
+
 struct PlanRequest {
   PlanPoint from, to;
   double ground_z = 0;         // m, map frame: the height meant where a point has none
   bool allow_unknown = false;  // walk over columns where nothing was seen, too
+  double tolerance = kPlanTolerance;
 };
 
 struct Plan {
   bool found = false;
-  std::vector<Vec3> path;       // map frame, on the ground; begins at `from`, ends at `to`
+  std::vector<Vec3> path;       // map frame, on the ground; begins at `from`, ends at `to` or goal_distance from it
+  double goal_distance = 0;     // m, level: more than 0 where `to` is no ground to stand on
   double length = 0;            // m
   double cost = 0;              // m, the length with what is bad about the ground added
   double worst_confidence = 0;  // 0..1, of the surfaces under the path; 0: some were filled in, never seen

@@ -25,6 +25,8 @@ constexpr double kBlock = 2;
 constexpr double kSlant = 0.25;
 /// Where in the space of the body the eye has to get to, as a share of the body's height: where its trunk is.
 constexpr double kTrunk = 0.6;
+/// What hangs may go on this far from where it was seen: half of what a large sign or a table measures across. m
+constexpr double kHalfHanging = 1;
 
 /// The way of the sensor from keyframe to keyframe, map frame, with places in between.
 std::vector<Vec3> wayOf(const MapLeaves& map) {
@@ -124,11 +126,44 @@ bool SightLines::isInSight(const Vec3& p_map, const Vec3& p_eye) const {
   return true;
 }
 
+void SightLines::appendHanging(std::int32_t column, std::int32_t row, const Support& ground,
+                               const TraversabilityConfig& limits, std::vector<double>& heights) const {
+  const double low = ground.height + limits.step_height, high = ground.height + limits.body_height;
+  for (const Support& s : grid_.column(grid_.shape.cell(column, row))) {
+    if (s.bottom > low && s.bottom < high) {
+      heights.push_back((s.bottom + std::min<double>(s.top, high)) / 2);
+    }
+  }
+}
+
+std::vector<double> SightLines::hangingAround(std::int32_t column, std::int32_t row, const Support& ground,
+                                              const TraversabilityConfig& limits) const {
+  const GridShape& shape = grid_.shape;
+  const int reach = static_cast<int>(kHalfHanging / shape.resolution);
+  std::vector<double> heights;
+  for (const auto& [dx, dy] : kWays) {
+    for (int k = 1; k <= reach && shape.contains(column + k * dx, row + k * dy); ++k) {
+      const std::size_t before = heights.size();
+      if (std::isfinite(gaps_[static_cast<std::size_t>(shape.cell(column + k * dx, row + k * dy))].high)) {
+        appendHanging(column + k * dx, row + k * dy, ground, limits, heights);
+      }
+      if (heights.size() > before) {
+        break;
+      }
+    }
+  }
+  return heights;
+}
+
 bool SightLines::isHidden(std::int32_t column, std::int32_t row, const Support& ground,
                           const TraversabilityConfig& limits) const {
-  const Vec3 p(grid_.shape.xOf(column), grid_.shape.yOf(row), ground.height + kTrunk * limits.body_height);
   const std::span<const Vec3> around = eyes_.around(column, row);
-  return !around.empty() && std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(p, p_eye); });
+  const auto nobody_sees = [&](double height) {
+    const Vec3 p(grid_.shape.xOf(column), grid_.shape.yOf(row), height);
+    return std::ranges::none_of(around, [&](const Vec3& p_eye) { return isInSight(p, p_eye); });
+  };
+  return !around.empty() && (nobody_sees(ground.height + kTrunk * limits.body_height) ||
+                             std::ranges::any_of(hangingAround(column, row, ground, limits), nobody_sees));
 }
 
 std::uint8_t sightOn(const SightLines& sight, std::int32_t column, std::int32_t row, const Support& s,

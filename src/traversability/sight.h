@@ -39,10 +39,19 @@ class SightLines {
   /// outside the grid hides nothing.
   bool isInSight(const Vec3& p_map, const Vec3& p_eye) const;
   /// True when nobody could look into the space where a body would stand on this ground: inside a car, whose sides
-  /// alone were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car.
+  /// alone were seen, or under a bus. That ground itself may have been seen well, by beams that went below the car. The
+  /// same where something hangs beside, as the rim of a sign, and nobody could look at this place as high as it hangs:
+  /// it may go on here.
   bool isHidden(std::int32_t column, std::int32_t row, const Support& ground, const TraversabilityConfig& limits) const;
 
  private:
+  /// Heights of what hangs in a column lower than a body that stands on `ground` is high, m, map frame.
+  void appendHanging(std::int32_t column, std::int32_t row, const Support& ground, const TraversabilityConfig& limits,
+                     std::vector<double>& heights) const;
+  /// Those of the nearest that hangs along each way from a column.
+  std::vector<double> hangingAround(std::int32_t column, std::int32_t row, const Support& ground,
+                                    const TraversabilityConfig& limits) const;
+
   /// The free height above the lowest solid of a column: most lines pass there, and need not look any closer.
   struct Gap {
     float low = -std::numeric_limits<float>::infinity(), high = std::numeric_limits<float>::infinity();  // m, map frame

@@ -210,6 +210,20 @@ TEST(CostGrid, AFewScatteredPointsInOneLeafAreNoWall) {
   EXPECT_TRUE(isFree(world.grid(), 0.05, 0.05));
 }
 
+TEST(CostGrid, BelowAPlateOfWhichOnlyTheRimWasSeenItIsUnknown) {
+  // The plate hangs as high as the sensor: nobody saw its upper or its lower side.
+  const auto below = [](const Vec3& p_eye) {
+    SurfacesWorld world;
+    world.setEye(p_eye);
+    world.addFloor(-3, -2, 3, 2);
+    world.addSides(0.5, -0.5, 1.5, 0.5, 0.45, 0.75);
+    return costAt(world.grid(), 1.05, 0.05);
+  };
+  EXPECT_EQ(below({-1, 0, 0.6}), kCostUnknown);
+  // A hoop: from above one looks into it.
+  EXPECT_TRUE(isWalkable(below({-1, 0, 2.2})));
+}
+
 TEST(CostGrid, GroundInsideACarOfWhichOnlyTheSidesWereSeenIsUnknownHoweverWellItWasSeenBelowThem) {
   SurfacesWorld world;
   world.setEye({-2.5, 0, 1.2});

@@ -158,16 +158,58 @@ TEST(Planner, StopsAtUnknownGroundUnlessItIsAllowed) {
 TEST(Planner, SaysWhyThereIsNoPath) {
   SurfacesWorld world;
   world.addFloor(-3, -2, 3, 2);
-  world.addSides(0.5, 0.5, 1, 1, 0, 1);
+  world.addSides(0.5, 0.5, 1, 1, 0, 0.45);
+  world.addFloor(0.5, 0.5, 1, 1, 0.45);
   const CostGrid grid = world.grid();
   const auto reason = [&](const PlanRequest& r) { return planPath(grid, {}, r).reason; };
-  EXPECT_NE(reason(request(0.5, 0.75, -2, 0)).find("the start (0.50, 0.75) lies in an obstacle"), std::string::npos)
-      << reason(request(0.5, 0.75, -2, 0));
+  EXPECT_NE(reason(request(0.75, 0.75, -2, 0)).find("the start (0.75, 0.75) lies in an obstacle"), std::string::npos)
+      << reason(request(0.75, 0.75, -2, 0));
   EXPECT_NE(reason(request(-2, 0, -3.5, 0)).find("the goal (-3.50, 0.00) lies on unknown ground"), std::string::npos);
   EXPECT_NE(reason(request(-2, 0, 300, 0)).find("outside"), std::string::npos);
   PlanRequest high = request(-2, 0, -1, 0);
   high.from.z = 8;
   EXPECT_NE(reason(high).find("no ground within"), std::string::npos);
+}
+
+/// A floor of which hardly anything is known from x = 2 on.
+CostGrid floorWithThinEnd() {
+  SurfacesWorld world;
+  world.addFloor(-3, -2, 2, 2, 0, 3);
+  world.addFloor(2, -2, 3.5, 2, 0, 0.08, 0.5);
+  TraversabilityConfig careful;
+  careful.min_confidence = 0.3;
+  return world.grid({-4, -4, 4, 4}, careful);
+}
+
+TEST(Planner, AGoalAStepBeyondWhatIsKnownIsWalkedUpToAndOneFartherOffIsRefused) {
+  const CostGrid grid = floorWithThinEnd();
+  const Plan plan = planPath(grid, {}, request(-2, 0, 2.15, 0.05));
+  ASSERT_TRUE(plan.found) << plan.reason;
+  EXPECT_TRUE(isFree(grid, plan.path.back().x(), plan.path.back().y()));
+  EXPECT_NEAR(plan.goal_distance, std::hypot(plan.path.back().x() - 2.15, plan.path.back().y() - 0.05), 1e-9);
+  EXPECT_GT(plan.goal_distance, 0.15);
+  EXPECT_LT(plan.goal_distance, 0.5);
+  EXPECT_FALSE(planPath(grid, {}, request(-2, 0, 2.75, 0.05)).found);
+  PlanRequest exact = request(-2, 0, 2.15, 0.05);
+  exact.tolerance = 0;
+  EXPECT_FALSE(planPath(grid, {}, exact).found);
+}
+
+TEST(Planner, FromGroundThatIsHardlyKnownThePathBeginsWhereTheRobotStands) {
+  const Plan plan = planPath(floorWithThinEnd(), {}, request(2.15, 0.05, -2, 0));
+  ASSERT_TRUE(plan.found) << plan.reason;
+  EXPECT_EQ(plan.path.front().x(), 2.15);
+  EXPECT_EQ(plan.goal_distance, 0);
+  EXPECT_NEAR(plan.length, 4.15, 0.1);
+}
+
+TEST(Planner, NoPathBeginsOrEndsOnTheOtherSideOfAWall) {
+  // The strip behind the wall is too narrow for the robot: what is near and clear lies on the wall's other side.
+  SurfacesWorld world;
+  world.addFloor(-3, -2, 0.3, 2);
+  world.add({0, -4, 0}, {0, 8, 0}, {0, 0, 2});
+  EXPECT_FALSE(planPath(world.grid(), {}, request(-2, 0, 0.2, 0)).found);
+  EXPECT_FALSE(planPath(world.grid(), {}, request(0.2, 0, -2, 0)).found);
 }
 
 /// The surface of the grid at a place.
