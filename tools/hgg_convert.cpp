@@ -3,6 +3,7 @@
 
 #include "convert/kitti_truth.h"
 #include "convert/label_ids.h"
+#include "convert/rosbag_command.h"
 #include "convert/semantickitti.h"
 #include "sim/odometry.h"
 
@@ -175,14 +176,17 @@ int main(int argc, char** argv) {
   CLI::App app("hgg-convert: data sets -> LCM log for hggmap, truth for hgg-eval");
   app.require_subcommand(1);
   app.footer(
-      "Example:\n  hgg-convert semantickitti kitti_0001 -o kitti.lcm\nExit codes: 0 done, 2 bad input or usage.");
+      "Example:\n  hgg-convert semantickitti kitti_0001 -o kitti.lcm\n  hgg-convert rosbag drive.bag -o "
+      "drive.lcm\nExit codes: 0 done, 2 bad input or usage.");
   Arguments args;
   CLI::App* kitti = addSemanticKitti(app, args);
   CLI::App* truth = addKittiTruth(app, args);
+  std::function<int()> rosbag;
+  hgg::addRosbag(app, rosbag);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return e.get_exit_code() == 0 ? app.exit(e) : fail(std::string(e.what()) + " (see --help)");
   }
-  return kitti->parsed() ? convert(args) : writeTruth(args, truth->count("--labels") > 0);
+  return rosbag ? rosbag() : kitti->parsed() ? convert(args) : writeTruth(args, truth->count("--labels") > 0);
 }

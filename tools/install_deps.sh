@@ -7,8 +7,10 @@ packages=(
   liblcm-dev liblcm-bin libglib2.0-dev                        # the bus (lcm.pc needs glib's)
   libeigen3-dev libceres-dev libnanoflann-dev liboctomap-dev libzstd-dev
   libcli11-dev libtomlplusplus-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
+  libbz2-dev liblz4-dev libsqlite3-dev                        # hgg-convert: ROS bags
   wordnet-base                                                # nouns for queries; without it hggmap knows fewer words
   libgtest-dev libbenchmark-dev
+  python3-rosbag python3-sensor-msgs python3-nav-msgs python3-tf2-msgs  # tests only: bags by ROS's own writer
   python3 iproute2 util-linux                                 # test scripts: loopback-only network namespace
 )
 lint_packages=(clang-format clang-tidy)

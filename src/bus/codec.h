@@ -65,6 +65,8 @@ Result<GoalQuery> decodeGoalQuery(Bytes message);
 
 /// A pose in whatever frame its channel speaks of: odom on the way in, map on the way out.
 std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_parent_body);
+/// Likewise, to the last bit as it is given.
+std::vector<std::uint8_t> encodePose(Micros utime_us, const Vec3& position, const Eigen::Quaterniond& orientation);
 /// x, y, z (f32), label (u16), and instance (u32) when any point has one.
 std::vector<std::uint8_t> encodeSemanticCloud(Micros utime_us, std::span<const Point> points);
 /// Likewise, and time (f32, s after utime_us; negative = before) for each point. As many times as points, or none.

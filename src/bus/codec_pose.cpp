@@ -57,6 +57,15 @@ std::vector<std::uint8_t> encodePose(Micros utime_us, const Pose& T_parent_body)
   return encode(message);
 }
 
+std::vector<std::uint8_t> encodePose(Micros utime_us, const Vec3& position, const Eigen::Quaterniond& orientation) {
+  bot_core::pose_t message{};
+  message.utime = utime_us;
+  store(position, message.pos);
+  message.orientation[0] = orientation.w(), message.orientation[1] = orientation.x();
+  message.orientation[2] = orientation.y(), message.orientation[3] = orientation.z();
+  return encode(message);
+}
+
 std::vector<std::uint8_t> encodeRigidTransform(Micros utime_us, const Pose& T_map_odom) {
   bot_core::rigid_transform_t message{};
   message.utime = utime_us;
