@@ -5,6 +5,7 @@ JOBS ?= $(shell nproc)
 WERROR ?= OFF
 CMAKE_FLAGS ?=
 ARGS ?=
+LINT_FLAGS ?=
 CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp' 'bench/*.h')
 
 .PHONY: help demo test test-sanitize kitti live crash bench evaluate deps build format lint clean
@@ -47,12 +48,12 @@ build: deps  ## configure and compile
 format:  ## rewrite the code as .clang-format says
 	clang-format -i $(CXX_FILES)
 
-lint: deps  ## formatting and clang-tidy; changes nothing
+lint: deps  ## formatting and clang-tidy; changes nothing (LINT_FLAGS=--quick: without the static analyzer)
 	tools/install_deps.sh --lint
 	clang-format --dry-run -Werror $(CXX_FILES)
 	cmake -S . -B $(BUILD)-lint -G Ninja -DHGG_FAST_BUILD=OFF
 	cmake --build $(BUILD)-lint --target lcmtypes
-	JOBS=$(JOBS) tools/lint.py $(BUILD)-lint
+	JOBS=$(JOBS) tools/lint.py $(LINT_FLAGS) $(BUILD)-lint
 
 clean:  ## remove what was built and made
 	rm -rf $(BUILD) $(BUILD)-sanitize $(BUILD)-lint out
