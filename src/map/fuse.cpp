@@ -145,22 +145,26 @@ const MapNode* findCurrent(const Map& map, const Touched& touched, const std::se
   return removed.contains(id) ? nullptr : map.find(id);
 }
 
-/// Another node, its mean within the gate, that is one object with the touched thing `id`; 0 when there is none.
+/// Another node, its mean within the gate, that the touched thing `id` becomes one with: one object with it, or one of
+/// them under another name. 0 when there is none.
 NodeId findTwin(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId id,
-                const SameThing& rule, const Config& config) {
+                const SameThing& rule) {
   const MapNode& self = *findCurrent(map, touched, removed, id);
-  std::vector<NodeId> others = map.near(self.belief.mean, config.alignment.gate);
-  const auto isNear = [&](const MapNode& node) {
-    return node.label == self.label && (node.belief.mean - self.belief.mean).norm() < config.alignment.gate;
-  };
+  const double reach = reachOf(self, rule);
+  std::vector<NodeId> others = map.near(self.belief.mean, reach);
   for (auto it = touched.begin(); it != touched.end() && it->first < 0; ++it) {
-    if (isNear(it->second)) {
-      others.push_back(it->first);
-    }
+    others.push_back(it->first);
   }
   for (const NodeId other : others) {
     const MapNode* node = other == id ? nullptr : findCurrent(map, touched, removed, other);
-    if (node != nullptr && isNear(*node) && areOneObject(self, *node, rule)) {
+    if (node == nullptr || node->stuff || (node->belief.mean - self.belief.mean).norm() >= reach) {
+      continue;
+    }
+    const bool is_one = node->label == self.label ? areOneObject(self, *node, rule)
+                                                  : !rule.loose_pieces && id > 0 && other > 0 &&
+                                                        (isOtherName(*node, self, rule.sigma_floor) ||
+                                                         isOtherName(self, *node, rule.sigma_floor));
+    if (is_one) {
       return other;
     }
   }
@@ -200,8 +204,18 @@ NodeId survivor(NodeId a, NodeId b) {
   return (a > 0) != (b > 0) ? std::max(a, b) : a > 0 ? std::min(a, b) : std::max(a, b);
 }
 
-/// Merges every thing of `queue` with the nodes it is one object with; ids absorbed out of the map go to `removed`.
-/// Returns those that have absorbed another: they are touched.
+/// Of two nodes with different names that with fewer views under its own.
+NodeId weaker(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId a, NodeId b) {
+  const auto own = [&](NodeId id) {
+    const MapNode& node = *findCurrent(map, touched, removed, id);
+    return weightOf(node.classes.views, node.label);
+  };
+  return own(a) < own(b) ? a : b;
+}
+
+/// Merges every thing of `queue` with the nodes it is one object with, and takes away what is another name for it or
+/// for which it is one; ids absorbed out of the map go to `removed`. Returns those that have absorbed another: they are
+/// touched.
 std::set<NodeId> mergeGhosts(const Map& map, std::vector<NodeId> queue, Touched& touched, const ClassTable& classes,
                              const Config& config, std::set<NodeId>& removed) {
   const Merging merging = mergingOf(config);
@@ -213,8 +227,15 @@ std::set<NodeId> mergeGhosts(const Map& map, std::vector<NodeId> queue, Touched&
       continue;  // absorbed meanwhile
     }
     const SameThing rule = sameThing(classes.find(node->label), config);
-    const NodeId twin = findTwin(map, touched, removed, id, rule, config);
+    const NodeId twin = findTwin(map, touched, removed, id, rule);
     if (twin == 0) {
+      continue;
+    }
+    if (findCurrent(map, touched, removed, twin)->label != node->label) {
+      const NodeId drop = weaker(map, touched, removed, id, twin);  // its surface may go beyond that of the other
+      touched.erase(drop);
+      removed.insert(drop);
+      queue.push_back(id);
       continue;
     }
     const NodeId keep = survivor(id, twin), drop = keep == id ? twin : id;
