@@ -13,8 +13,8 @@ constexpr int kFrames = 3000;  // five minutes
 /// A pole, a parked car, one person who waits for a minute before leaving, and others who walk by, one every 12 s.
 TrafficWorld squareWithPeople() {
   TrafficWorld world;
-  world.columns = 200;
-  world.boxes = {{.label = kPole, .half = {0.1, 0.1, 1.5}, .centre = {5, 6, 1.5}}, {.centre = {-8, 5, 0.75}}};
+  world.columns = 260;
+  world.boxes = {{.label = kPole, .half = {0.1, 0.1, 1.5}, .centre = {5, 9, 1.5}}, {.centre = {-8, -4, 0.75}}};
   const Vec3 person(0.25, 0.25, 0.85);
   world.boxes.push_back(
       {.label = kPerson, .half = person, .centre = {4, -5, 0.85}, .velocity = {1.2, 0, 0}, .from_s = 60});
@@ -41,7 +41,7 @@ TEST(LongWatch, OfPeopleWhoPassNobodyBecomesFurnitureAndNothingGrows) {
   double megabytes = 0;
   for (int k = 0; k < kFrames; ++k) {
     mapper.step(world.frameAt(0.1 * k, T, random));
-    if (k == kFrames / 5) {
+    if (k == kFrames / 2) {
       leaves = mapper.map().leafCount(), megabytes = mapper.map().megabytes();
     }
   }
