@@ -81,7 +81,7 @@ SameThing sameThing(const ClassInfo* info, const Config& config) {
           config.map.merge_overlap,
           config.map.fragment_share,
           config.alignment.gate,
-          false};
+          config.ablation.loose_pieces};
 }
 
 bool areOneObject(const MapNode& a, const MapNode& b, const SameThing& rule) {
