@@ -104,6 +104,7 @@ struct AblationConfig {
   bool blind_to_free_space = false;
   bool single_frames = false;
   bool blind_to_motion = false;
+  bool loose_pieces = false;
   PairCost cost = PairCost::kWasserstein;
 };
 

@@ -153,6 +153,9 @@ void visitAblation(Section& c, Visitor& visit) {
         KeyDoc{0, 0, "", "for evaluation only: clusters below min_points are dropped, not gathered over frames"});
   visit("ablation", "blind_to_motion", c.blind_to_motion,
         KeyDoc{0, 0, "", "for evaluation only: what moves is taken to be part of the map"});
+  visit("ablation", "loose_pieces", c.loose_pieces,
+        KeyDoc{0, 0, "",
+               "for evaluation only: parts of a thing that touch, and other names for it, stay things of their own"});
   visit("ablation", "cost", c.cost,
         KeyDoc{0, 0, "", "for evaluation only: geometric cost of a pair of things; wasserstein, centroid or iou"});
 }

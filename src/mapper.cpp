@@ -17,6 +17,7 @@
 #include "creation/object_graph.h"
 #include "map/class_evidence.h"
 #include "map/fuse.h"
+#include "map/same_thing.h"
 
 namespace hgg {
 namespace {
@@ -134,6 +135,7 @@ StepReport Mapper::step(const Frame& frame) {
     const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
                                                     tracker_.odometry().noiseOf(T_last_body));
     const std::shared_ptr<FreeSpace> free = freeSpaceOf(frame, alignment);
+    keepViews(alignment.pairs, map_, local, alignment.pose.T_map_body, classes_, config_);
     MapDelta updated = follow(free, local, alignment, taken, report);
     free->found = foundIn(alignment);
     clock.lap("movers");

@@ -498,6 +498,7 @@ class Command(unittest.TestCase):
         for name in ("nothing: as shipped", "free space", "small things"):
             self.assertIn(f"| office | {name} | 0.500 ± 0.000 |", out)
         self.assertIn("| office | movers | not yet |", out)  # this mapper cannot do without
+        self.assertIn("| office | pieces | not yet |", out)
         self.assertEqual(self.configs("blind_to_free_space = true"), 5)  # seeds
         self.assertEqual(self.configs("blind_to_free_space = true", "single_frames = true"), 0)
 

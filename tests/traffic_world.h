@@ -81,19 +81,20 @@ struct TrafficWorld {
 
   std::vector<TrafficBox> boxes;
   double wall_y = 14;  // m, left of the way
+  int columns = 800;   // of beams
 
   /// The frame of time t from T_map_body; its ranges are noisy by 2 cm.
   Frame frameAt(double t, const Pose& T_map_body, std::mt19937& random) const {
-    constexpr int kColumns = 800, kRows = 32;
+    constexpr int kRows = 32;
     constexpr double kReach = 60;
     std::normal_distribution<double> noise(0, 0.02);
     Frame frame;
     frame.utime_us = static_cast<Micros>(std::llround(t * 1e6)) + 1'000'000;
     frame.T_odom_body = T_map_body;
     const Vec3 origin = T_map_body.translation();
-    for (int n = 0; n < kColumns * kRows; ++n) {
-      const double yaw = kTau * (n % kColumns) / kColumns + 1e-4;
-      const double pitch = (-24 + kBeamSpacingDeg * static_cast<double>(n / kColumns)) * kDegree + 1e-5;
+    for (int n = 0; n < columns * kRows; ++n) {
+      const double yaw = kTau * (n % columns) / columns + 1e-4;
+      const double pitch = (-24 + kBeamSpacingDeg * static_cast<double>(n / columns)) * kDegree + 1e-5;
       const Vec3 u =
           T_map_body.linear() * Vec3(std::cos(pitch) * std::cos(yaw), std::cos(pitch) * std::sin(yaw), std::sin(pitch));
       double range = kReach;

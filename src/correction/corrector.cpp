@@ -8,6 +8,7 @@
 
 #include "core/se3.h"
 #include "map/fuse.h"
+#include "map/second_nodes.h"
 
 namespace hgg {
 namespace {
@@ -120,6 +121,7 @@ Correction Corrector::finish(Map& map, const PoseBelief& pose) {
   while (!pending_merges_.empty()) {
     mergePending(map, correction);
   }
+  correction.delta = joined(std::move(correction.delta), map.apply(mergeSecondNodes(map, classes_, config_)));
   return correction;
 }
 

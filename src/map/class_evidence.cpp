@@ -168,6 +168,22 @@ Variance varianceOf(const Map& map, KeyframeId id) {
   return {cov.topLeftCorner<3, 3>().trace() / 3, cov.bottomRightCorner<3, 3>().trace() / 3};
 }
 
+double shareOn(const MapNode& node, const std::vector<Footprint>& leaves, double sigma_floor) {
+  std::vector<Footprint> footprints;
+  for (const Leaf& leaf : leavesOf(node)) {
+    footprints.push_back(footprintOf(node.T_map_object, unpackLeaf(leaf), sigma_floor));
+  }
+  double on = 0, all = 0;
+  for (const Footprint& leaf : leaves) {
+    double share = 0;
+    for (const Footprint& footprint : footprints) {
+      share += shareIn(footprint, leaf);
+    }
+    on += leaf.kappa * std::min(share / kCoincident, 1.0), all += leaf.kappa;
+  }
+  return all > 0 ? on / all : 0;
+}
+
 }  // namespace
 
 std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map, const Pose& T_map_body, double weight,
@@ -250,19 +266,11 @@ ClassWeights viewsAsStuff(const Map& map, const LocalObject& object, const Pose&
 }
 
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor) {
-  std::vector<Footprint> footprints;
-  for (const Leaf& leaf : leavesOf(node)) {
-    footprints.push_back(footprintOf(node.T_map_object, unpackLeaf(leaf), sigma_floor));
-  }
-  double on = 0, all = 0;
-  for (const Footprint& leaf : footprintsOf(object, T_map_body, sigma_floor)) {
-    double share = 0;
-    for (const Footprint& footprint : footprints) {
-      share += shareIn(footprint, leaf);
-    }
-    on += leaf.kappa * std::min(share / kCoincident, 1.0), all += leaf.kappa;
-  }
-  return all > 0 ? on / all : 0;
+  return shareOn(node, footprintsOf(object, T_map_body, sigma_floor), sigma_floor);
+}
+
+double shareOn(const MapNode& node, const MapNode& other, double sigma_floor) {
+  return shareOn(node, footprintsOf(other, sigma_floor), sigma_floor);
 }
 
 }  // namespace hgg

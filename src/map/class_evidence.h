@@ -40,5 +40,7 @@ ClassWeights viewsAsStuff(const Map& map, const LocalObject& object, const Pose&
 /// of its leaves. A leaf of the object counts in full when as much of it lies in them as would lie in its own
 /// footprint.
 double shareOn(const MapNode& node, const LocalObject& object, const Pose& T_map_body, double sigma_floor);
+/// The same of another node.
+double shareOn(const MapNode& node, const MapNode& other, double sigma_floor);
 
 }  // namespace hgg

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <set>
 
-#include "core/spd.h"
 #include "map/class_evidence.h"
 #include "map/patch.h"
+#include "map/same_thing.h"
 #include "map/stuff_surface.h"
 
 namespace hgg {
@@ -136,42 +136,6 @@ void touchGrownThings(const Map& map, const LocalGraph& local, const Pose& T_map
   }
 }
 
-/// Half of a box's side in standard deviations of what is spread over it: sqrt(3) where it is evenly filled, about two
-/// where only one side was seen. Chosen by hand between these and more, not measured.
-constexpr double kBoxSigmas = 2;
-
-/// True when `p` lies inside the box of the belief's extent.
-bool boxContains(const Belief& b, const Vec3& p, double sigma_floor) {
-  const Eigen3 e = eigenSymmetric(withFloor(b.cov, sigma_floor));
-  const Vec3 d = (e.vectors.transpose() * (p - b.mean)).cwiseAbs();
-  return (d.array() < kBoxSigmas * e.values.array().sqrt()).all();
-}
-
-/// True when the surfaces of the nodes' leaves come closer than `radius`: what clustering calls one object within a
-/// frame.
-bool touch(const MapNode& a, const MapNode& b, double radius) {
-  const Pose T_a_b = a.T_map_object.inverse() * b.T_map_object;
-  return std::ranges::any_of(leavesOf(b), [&](const Leaf& leaf_b) {
-    const Belief piece = transform(T_a_b, unpackLeaf(leaf_b));
-    return std::ranges::any_of(leavesOf(a),
-                               [&](const Leaf& leaf_a) { return surfaceGap(unpackLeaf(leaf_a), piece) < radius; });
-  });
-}
-
-/// One object seen as two: the extents overlap, the smaller one's middle lies inside the larger one, or one is a piece,
-/// with little evidence, that touches the other.
-bool areOneObject(const MapNode& a, const MapNode& b, double cluster_radius, const Config& config) {
-  const double floor = config.creation.sigma_floor;
-  const bool a_larger = a.belief.cov.trace() >= b.belief.cov.trace();
-  const Belief &large = a_larger ? a.belief : b.belief, &small = a_larger ? b.belief : a.belief;
-  const bool a_stronger = a.belief.kappa >= b.belief.kappa;
-  const MapNode &whole = a_stronger ? a : b, &piece = a_stronger ? b : a;
-  return boxContains(large, small.mean, floor) ||
-         bhattacharyyaCoefficient(large, small, floor) > config.map.merge_overlap ||
-         (piece.belief.kappa < config.map.fragment_share * whole.belief.kappa &&
-          touch(whole, piece, kFragmentDistance * cluster_radius));
-}
-
 /// The state of a node after this frame so far; nullptr when it has been absorbed.
 const MapNode* findCurrent(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId id) {
   const auto held = touched.find(id);
@@ -181,22 +145,26 @@ const MapNode* findCurrent(const Map& map, const Touched& touched, const std::se
   return removed.contains(id) ? nullptr : map.find(id);
 }
 
-/// Another node, its mean within the gate, that is one object with the touched thing `id`; 0 when there is none.
+/// Another node, its mean within the gate, that the touched thing `id` becomes one with: one object with it, or one of
+/// them under another name. 0 when there is none.
 NodeId findTwin(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId id,
-                double cluster_radius, const Config& config) {
+                const SameThing& rule) {
   const MapNode& self = *findCurrent(map, touched, removed, id);
-  std::vector<NodeId> others = map.near(self.belief.mean, config.alignment.gate);
-  const auto isNear = [&](const MapNode& node) {
-    return node.label == self.label && (node.belief.mean - self.belief.mean).norm() < config.alignment.gate;
-  };
+  const double reach = reachOf(self, rule);
+  std::vector<NodeId> others = map.near(self.belief.mean, reach);
   for (auto it = touched.begin(); it != touched.end() && it->first < 0; ++it) {
-    if (isNear(it->second)) {
-      others.push_back(it->first);
-    }
+    others.push_back(it->first);
   }
   for (const NodeId other : others) {
     const MapNode* node = other == id ? nullptr : findCurrent(map, touched, removed, other);
-    if (node != nullptr && isNear(*node) && areOneObject(self, *node, cluster_radius, config)) {
+    if (node == nullptr || node->stuff || (node->belief.mean - self.belief.mean).norm() >= reach) {
+      continue;
+    }
+    const bool is_one = node->label == self.label ? areOneObject(self, *node, rule)
+                                                  : !rule.loose_pieces && id > 0 && other > 0 &&
+                                                        (isOtherName(*node, self, rule.sigma_floor) ||
+                                                         isOtherName(self, *node, rule.sigma_floor));
+    if (is_one) {
       return other;
     }
   }
@@ -236,8 +204,18 @@ NodeId survivor(NodeId a, NodeId b) {
   return (a > 0) != (b > 0) ? std::max(a, b) : a > 0 ? std::min(a, b) : std::max(a, b);
 }
 
-/// Merges every thing of `queue` with the nodes it is one object with; ids absorbed out of the map go to `removed`.
-/// Returns those that have absorbed another: they are touched.
+/// Of two nodes with different names that with fewer views under its own.
+NodeId weaker(const Map& map, const Touched& touched, const std::set<NodeId>& removed, NodeId a, NodeId b) {
+  const auto own = [&](NodeId id) {
+    const MapNode& node = *findCurrent(map, touched, removed, id);
+    return weightOf(node.classes.views, node.label);
+  };
+  return own(a) < own(b) ? a : b;
+}
+
+/// Merges every thing of `queue` with the nodes it is one object with, and takes away what is another name for it or
+/// for which it is one; ids absorbed out of the map go to `removed`. Returns those that have absorbed another: they are
+/// touched.
 std::set<NodeId> mergeGhosts(const Map& map, std::vector<NodeId> queue, Touched& touched, const ClassTable& classes,
                              const Config& config, std::set<NodeId>& removed) {
   const Merging merging = mergingOf(config);
@@ -248,9 +226,16 @@ std::set<NodeId> mergeGhosts(const Map& map, std::vector<NodeId> queue, Touched&
     if (node == nullptr) {
       continue;  // absorbed meanwhile
     }
-    const ClassInfo* info = classes.find(node->label);
-    const NodeId twin = findTwin(map, touched, removed, id, info != nullptr ? info->cluster_radius : 0, config);
+    const SameThing rule = sameThing(classes.find(node->label), config);
+    const NodeId twin = findTwin(map, touched, removed, id, rule);
     if (twin == 0) {
+      continue;
+    }
+    if (findCurrent(map, touched, removed, twin)->label != node->label) {
+      const NodeId drop = weaker(map, touched, removed, id, twin);  // its surface may go beyond that of the other
+      touched.erase(drop);
+      removed.insert(drop);
+      queue.push_back(id);
       continue;
     }
     const NodeId keep = survivor(id, twin), drop = keep == id ? twin : id;

@@ -152,6 +152,8 @@ TEST(MergeDuplicates, ObjectsBesideEachOtherStayTwo) {
 TEST(MergeDuplicates, OtherClassesAndOtherTilesStayApart) {
   MapNode pole = carNode(Vec3(0, 0, 0.7));
   pole.label = kPole;
+  pole.classes = {};
+  addViews(pole.classes, {{kPole, 1000.0F}});
   const Map map = mapOf({carNode(Vec3(0, 0, 0.7)), pole, roadNode(Vec3(0, 0, 0), 10), roadNode(Vec3(10, 0, 0), 10)});
   expectNothing(merged(map, idsFrom(1, 4)));
 }

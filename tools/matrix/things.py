@@ -6,7 +6,7 @@ THING_WORLDS = {"street": "lidar64", "campus": "lidar64", "passes": "lidar64", "
 WITH_PLATES = {"street", "campus"}  # small signs on poles as an option; passes has them anyway
 COMMON = [0.05, 0.10]  # shares that are taken for another common class
 WITHOUT = [("nothing: as shipped", ()), ("free space", (("ablation.blind_to_free_space", "true"),)), ("movers", (("ablation.blind_to_motion", "true"),)),
-           ("small things", (("ablation.single_frames", "true"),))]
+           ("small things", (("ablation.single_frames", "true"),)), ("pieces", (("ablation.loose_pieces", "true"),))]
 CAUSES = ["second", "mover", "gone", "surface", "nothing"]
 THING_COLUMNS = [("overall.truth", 0), ("overall.f1", 3), ("overall.recall", 3), ("overall.precision", 3), ("overall.position_error.mean", 3),
                  ("by_class.traffic-sign.recall", 2), ("overall.twins", 1), ("overall.ghosts", 1), *((f"overall.ghost_causes.{c}", 1) for c in CAUSES)]
@@ -62,6 +62,6 @@ of another class; at nothing. Radius {radius_of('street')} m outdoors, {radius_o
         return Table("mechanisms", "What each mechanism is worth", f"""
 The worlds of the table before with {COMMON[0]:.0%} under other names and {self.thing_odometry()[0]} odometry, with one mechanism switched off in each row:
 beams that pass where a thing would be (`[ablation] blind_to_free_space`), following what moves (`blind_to_motion`), gathering what is too
-small for one frame (`single_frames`); {self.more_seeds_told()}.""",
+small for one frame (`single_frames`), making one of parts that touch and of a thing and other names for it (`loose_pieces`); {self.more_seeds_told()}.""",
                      ["world", "without", "F1", "recall", "precision", "position, m", "sign recall", "twins", "ghosts",
                       "second", "moving", "gone", "other surface", "nothing"], rows, 2)
