@@ -56,7 +56,7 @@ class Reader {
         complain(*node, fmt::format("'{}' has a number outside {} .. {}", name, doc.min, doc.max));
       }
     } else if constexpr (std::is_same_v<T, std::string>) {
-      if (member.empty() && name != "classes") {
+      if (member.empty() && name != "classes" && name != "rig.file") {
         complain(*node, fmt::format("'{}' must not be empty", name));
       }
     }
@@ -187,7 +187,7 @@ Result<Config> parseConfig(const std::string& toml_text, const std::string& sour
 
 Result<LoadedConfig> loadConfig(const std::string& path) {
   if (path.empty()) {
-    return Result<LoadedConfig>::ok({Config{}, ClassTable::builtin()});
+    return Result<LoadedConfig>::ok({Config{}, ClassTable::builtin(), ""});
   }
   const std::optional<std::string> text = readFile(path);
   if (!text) {
@@ -197,16 +197,18 @@ Result<LoadedConfig> loadConfig(const std::string& path) {
   if (!config) {
     return Result<LoadedConfig>::fail(config.error);
   }
+  const auto beside = [&](const std::string& file) { return std::filesystem::path(path).parent_path() / file; };
+  const std::string rig_path = config->rig.file.empty() ? "" : beside(config->rig.file).string();
   if (config->classes.empty()) {
-    return Result<LoadedConfig>::ok({*config, ClassTable::builtin()});
+    return Result<LoadedConfig>::ok({*config, ClassTable::builtin(), rig_path});
   }
-  const std::filesystem::path file = std::filesystem::path(path).parent_path() / config->classes;
+  const std::filesystem::path file = beside(config->classes);
   if (!std::filesystem::is_regular_file(file)) {
     return Result<LoadedConfig>::fail(
         fmt::format("{}: cannot read the class table (key 'classes' of {} names it)", file.string(), path));
   }
   Result<ClassTable> classes = ClassTable::load(file.string());
-  return classes ? Result<LoadedConfig>::ok({*config, *classes}) : Result<LoadedConfig>::fail(classes.error);
+  return classes ? Result<LoadedConfig>::ok({*config, *classes, rig_path}) : Result<LoadedConfig>::fail(classes.error);
 }
 
 std::string printConfig(const Config& config) {

@@ -34,11 +34,17 @@ struct FrameConfig {
   double odometry_wait_ms = 200.0;
   double odometry_gap_s = 3.0;
   bool estimate_delay = true;
+  bool deskew = true;
 };
 
 /// T_body_lidar of every cloud channel.
 struct MountingConfig {
   Mounting lidar_semantic;
+};
+
+/// Cameras that label clouds.
+struct RigConfig {
+  std::string file;  // relative to the config file; empty: clouds come with labels
 };
 
 struct CreationConfig {
@@ -115,6 +121,7 @@ struct Config {
   LcmConfig lcm;
   FrameConfig frame;
   MountingConfig T_body_lidar;
+  RigConfig rig;
   CreationConfig creation;
   AlignmentConfig alignment;
   MapConfig map;
@@ -126,6 +133,7 @@ struct Config {
 struct LoadedConfig {
   Config config;
   ClassTable classes;
+  std::string rig_path;  // of rig.file; empty: there is none
 };
 
 /// Reads and checks a config and the class table it names; an empty path gives the defaults. The error lists every

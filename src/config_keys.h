@@ -46,6 +46,16 @@ void visitFrame(Section& c, Visitor& visit) {
                "between odometry samples farther apart no pose is interpolated: clouds there are dropped"});
   visit("frame", "estimate_delay", c.estimate_delay,
         KeyDoc{0, 1, "", "find out from the turns by how much odometry's stamps lag behind the clouds', and undo it"});
+  visit("frame", "deskew", c.deskew,
+        KeyDoc{0, 1, "", "where points come with a time, take each to where it was at the cloud's"});
+}
+
+template <typename Section, typename Visitor>
+void visitRig(Section& c, Visitor& visit) {
+  visit("rig", "file", c.file,
+        KeyDoc{0, 0, "path",
+               "rig file, relative to this one: clouds without labels, labelled through cameras; empty: clouds on "
+               "lcm.lidar_semantic"});
 }
 
 /// A key for each cloud channel, named as the channel is.
@@ -167,6 +177,7 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visitLcm(c.lcm, visit);
   visitFrame(c.frame, visit);
   visitMountings(c, visit);
+  visitRig(c.rig, visit);
   visitCreation(c.creation, visit);
   visitAlignment(c.alignment, visit);
   visitMap(c.map, visit);

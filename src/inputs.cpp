@@ -127,7 +127,7 @@ void InputWatch::add(const std::string& channel, Micros arrival_us, Bytes messag
   if (!head || head->kind == MessageKind::kOther) {
     return;
   }
-  ++(head->kind == MessageKind::kPose ? c.poses : c.clouds);
+  ++(head->kind == MessageKind::kPose ? c.poses : head->kind == MessageKind::kCloud ? c.clouds : c.images);
   const Micros stamp_us = head->utime_us;
   c.lowest_stamp_us = c.stamps == 0 ? stamp_us : std::min(c.lowest_stamp_us, stamp_us);
   c.highest_stamp_us = c.stamps == 0 ? stamp_us : std::max(c.highest_stamp_us, stamp_us);
@@ -164,7 +164,10 @@ std::vector<std::string> InputWatch::oddities(const LcmConfig& lcm) const {
 std::string InputWatch::listChannels() const {
   std::vector<std::string> out;
   for (const auto& [name, c] : channels_) {
-    const char* type = c.poses > 0 ? " bot_core.pose_t" : c.clouds > 0 ? " bot_core.pointcloud2_t" : "";
+    const char* type = c.poses > 0    ? " bot_core.pose_t"
+                       : c.clouds > 0 ? " bot_core.pointcloud2_t"
+                       : c.images > 0 ? " images"
+                                      : "";
     out.push_back(fmt::format("{}: {}{}", name, c.messages, type));
     if (out.size() == kMostListed && channels_.size() > kMostListed) {
       out.push_back(fmt::format("and {} more", channels_.size() - kMostListed));
@@ -178,7 +181,7 @@ std::string InputWatch::explainNoFrames(const LcmConfig& lcm, const RunCounts& c
   const ChannelInput *cloud = find(lcm.lidar_semantic), *odometry = find(lcm.odometry);
   std::vector<std::string> why = faults(lcm);
   why.push_back(explainSilence("lidar_semantic", lcm.lidar_semantic, "bot_core.pointcloud2_t", cloud,
-                               cloud != nullptr ? cloud->clouds : 0));
+                               cloud != nullptr ? cloud->clouds + cloud->images : 0));
   why.push_back(
       explainSilence("odometry", lcm.odometry, "bot_core.pose_t", odometry, odometry != nullptr ? odometry->poses : 0));
   if (cloud != nullptr && odometry != nullptr && cloud->stamps > 0 && odometry->stamps > 0) {

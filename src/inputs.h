@@ -21,10 +21,10 @@ inline constexpr std::size_t kTimeUnits = 3;
 /// Enough of the last stamps that a few wrong ones do not count.
 inline constexpr std::size_t kRecentStamps = 33;
 
-/// What came on one channel. Stamps are those of poses and clouds, as they are in the messages.
+/// What came on one channel. Stamps are those of poses, clouds and images, as they are in the messages.
 struct ChannelInput {
   std::int64_t messages = 0;
-  std::int64_t poses = 0, clouds = 0;
+  std::int64_t poses = 0, clouds = 0, images = 0;
   Micros first_arrival_us = 0, last_arrival_us = 0;
   std::int64_t stamps = 0;
   Micros lowest_stamp_us = 0, highest_stamp_us = 0;

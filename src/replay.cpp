@@ -14,7 +14,9 @@ void feed(Pipeline& pipeline, const LcmConfig& lcm, const LogEvent& event) {
   if (event.channel == lcm.lidar_semantic) {
     pipeline.addCloud(event.data, event.timestamp_us);
   }
-  if (event.channel != lcm.odometry && event.channel != lcm.lidar_semantic) {
+  if (pipeline.isRigChannel(event.channel)) {
+    pipeline.addRigMessage(event.channel, event.data, event.timestamp_us);
+  } else if (event.channel != lcm.odometry && event.channel != lcm.lidar_semantic) {
     pipeline.addOther(event.channel, event.data, event.timestamp_us);
   }
 }
@@ -35,13 +37,14 @@ std::string explainNoMap(const std::string& log_path, const LcmConfig& lcm, cons
 }  // namespace
 
 Result<ReplayReport> replayLog(const std::string& log_path, Mapper& mapper, const OnFrame& on_frame,
-                               const OnProgress& on_progress, const std::atomic<bool>& stop) {
+                               const OnProgress& on_progress, const std::atomic<bool>& stop,
+                               const std::optional<Rig>& rig) {
   auto log = LogReader::open(log_path);
   if (!log) {
     return Result<ReplayReport>::fail(log.error);
   }
   const LcmConfig& lcm = mapper.config().lcm;
-  Pipeline pipeline(mapper, on_frame, OdometryWait::kUnlimited);
+  Pipeline pipeline(mapper, on_frame, OdometryWait::kUnlimited, rig);
   ReplayReport report;
   Micros now_us = 0;
   while (!(report.stopped = stop)) {

@@ -8,6 +8,7 @@
 #include "bus/bus.h"
 #include "bus/codec.h"
 #include "bus/lcm_sink.h"
+#include "core/text.h"
 #include "log_sink.h"
 #include "publish/publisher.h"
 
@@ -23,6 +24,9 @@ void feed(Pipeline& pipeline, const Inbox& inbox) {
   }
   if (inbox.odometry_lost > 0) {
     spdlog::warn("{} odometry messages lost: mapper long busy", inbox.odometry_lost);
+  }
+  for (const SideMessage& message : inbox.sides) {
+    pipeline.addRigMessage(message.channel, message.bytes, message.arrival_us);
   }
   pipeline.countBusy(inbox.clouds_replaced);
   if (inbox.cloud) {
@@ -44,9 +48,9 @@ void carryOut(Publisher& publisher, Pipeline& pipeline, const Inbox& inbox) {
 
 }  // namespace
 
-Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomic<bool>& stop,
-                          const OnFrame& on_frame) {
-  auto opened = Bus::open(config.lcm);
+Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomic<bool>& stop, const OnFrame& on_frame,
+                          const std::optional<Rig>& rig) {
+  auto opened = Bus::open(config.lcm, rig ? RigInput(*rig, config).sideChannels() : std::vector<std::string>{});
   if (!opened) {
     return Result<RunCounts>::fail(opened.error);
   }
@@ -63,8 +67,10 @@ Result<RunCounts> runLive(const Config& config, Mapper& mapper, const std::atomi
           on_frame(report, whole);
         }
       },
-      OdometryWait::kConfigured);
-  spdlog::info("listening to {} and {} at {}", config.lcm.lidar_semantic, config.lcm.odometry, config.lcm.url);
+      OdometryWait::kConfigured, rig);
+  std::vector<std::string> channels = pipeline.rigChannels();
+  channels.insert(channels.begin(), config.lcm.lidar_semantic);
+  spdlog::info("listening to {} and {} at {}", join(channels, ", "), config.lcm.odometry, config.lcm.url);
   while (!stop) {
     const Inbox inbox = bus.take(kPoll);
     carryOut(publisher, pipeline, inbox);

@@ -44,6 +44,13 @@ nlohmann::ordered_json toJson(const LoopRecord& loop) {
           {"reason", loop.reason}};
 }
 
+nlohmann::ordered_json toJson(const RigCounts& rig) {
+  const LabelCounts& l = rig.labels;
+  return {{"points", l.points},   {"labelled", l.labelled},  {"seen", l.seen},     {"hidden", l.hidden},
+          {"border", l.border},   {"regained", l.regained},  {"unsure", l.unsure}, {"no_class", l.no_class},
+          {"foreign", l.foreign}, {"troubles", rig.troubles}};
+}
+
 }  // namespace
 
 void Distribution::add(double value) {
@@ -144,6 +151,12 @@ std::string RunStats::json(const RunCounts& c, const Map& map, const LoopCloser&
   j["oddities"] = c.oddities;
   j["unknown_labels"] = c.unknown_labels;
   j["nonfinite_points"] = c.nonfinite_points;
+  if (c.skewed > 0) {
+    j["skewed"] = c.skewed;
+  }
+  if (c.rig) {
+    j["rig"] = toJson(*c.rig);
+  }
   j["frame_ms"] = summary(frame_ms_);
   j["stage_ms"] = nlohmann::ordered_json::object();
   for (const auto& [name, distribution] : stage_ms_) {

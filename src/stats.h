@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "correction/loop_closer.h"
 #include "frame/frame.h"
+#include "frame/rig_counts.h"
 #include "map/map.h"
 #include "mapper.h"
 
@@ -72,6 +74,8 @@ struct RunCounts {
   Micros odometry_gap_us = 0;                                // longest gap between samples that cost a cloud; 0: none
   std::int64_t restarts = 0;                                 // times that time went back between frames
   std::map<std::string, std::int64_t> decode_errors;         // "cloud: truncated" -> messages
+  std::int64_t skewed = 0;                                   // clouds that odometry could not deskew
+  std::optional<RigCounts> rig;                              // of a run whose clouds come from a rig
   std::vector<std::string> oddities;                         // what else looks wrong with the inputs, a line each
 };
 

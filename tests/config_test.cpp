@@ -246,7 +246,7 @@ class ShippedConfig : public testing::TestWithParam<const char*> {
 TEST_P(ShippedConfig, LoadsWithTheClassTableBesideIt) {
   const auto loaded = loadConfig(path());
   ASSERT_TRUE(loaded) << loaded.error;
-  EXPECT_EQ(loaded->config.classes, "classes.toml");
+  EXPECT_TRUE(loaded->config.classes.ends_with("classes.toml"));
 }
 
 TEST_P(ShippedConfig, HoldsEveryKeyExplainedAsPrinted) {
@@ -258,7 +258,8 @@ TEST_P(ShippedConfig, HoldsEveryKeyExplainedAsPrinted) {
   EXPECT_EQ(shipped.size(), 0U) << shipped.begin()->first << " is no key";
 }
 
-INSTANTIATE_TEST_SUITE_P(Robots, ShippedConfig, testing::Values("semantickitti", "indoor"));
+INSTANTIATE_TEST_SUITE_P(Robots, ShippedConfig,
+                         testing::Values("semantickitti", "indoor", "kitti_hdl64_cam", "rgbd", "spot_odin1"));
 
 }  // namespace
 }  // namespace hgg::config_test

@@ -2,6 +2,7 @@
 # Plays LOG in real time over LCM into `hggmap run` and checks that it maps what `hggmap replay` maps: every frame, none dropped,
 # the same objects. Multicast goes over the loopback of a network namespace of its own (root, or user namespaces allowed).
 # usage: live_test.sh [LOG] BUILD_DIR OUT
+# $HGG_LIVE_CONFIG: a config; $HGG_LIVE_CHANNEL: the channel of its clouds.
 # Without LOG: kitti_0001 from $HGG_DATA, else from ../shared/data beside the repository, else a simulated world.
 set -euo pipefail
 
@@ -38,6 +39,8 @@ log=$2 hggmap=$3/hggmap out=$4
 url="udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304"
 ip link set lo up
 ip route add 224.0.0.0/4 dev lo
+config=()
+[ -z "${HGG_LIVE_CONFIG:-}" ] || config=(--config "$HGG_LIVE_CONFIG")
 mkdir -p "$out"
 rm -rf "$out/live" "$out/replay" "$out"/{live,replay}.json
 : >"$out/live.log"
@@ -56,9 +59,9 @@ is_listening() { grep -q "listening to" "$out/live.log"; }
 is_answered() { grep -q "command 7 of 'live_test'" "$out/live.log"; }
 is_idle() { grep -q " Hz," "$out/live.log" && tail -n 1 "$out/live.log" | grep -q "no frames"; }
 
-"$hggmap" replay "$log" --out "$out/replay" >"$out/replay.log" || fail "replay: $(tail -n 1 "$out/replay.log")"
+"$hggmap" replay "$log" "${config[@]}" --out "$out/replay" >"$out/replay.log" || fail "replay: $(tail -n 1 "$out/replay.log")"
 
-"$hggmap" run --lcm-url "$url" --out "$out/live" >"$out/run.log" 2>"$out/live.log" &
+"$hggmap" run "${config[@]}" --lcm-url "$url" --out "$out/live" >"$out/run.log" 2>"$out/live.log" &
 mapper=$!
 lcm-logger --lcm-url="$url" --force --quiet --channel='MAP_TRAVERSABILITY|HGG_COMMAND.*' "$out/heard.lcm" >"$out/logger.log" 2>&1 &
 logger=$!
@@ -89,7 +92,7 @@ for run in live replay; do
 done
 
 python3 - "$log" "$out" <<'PYTHON' || exit 1
-import json, math, pathlib, struct, sys
+import json, math, os, pathlib, struct, sys
 
 log, out = sys.argv[1], pathlib.Path(sys.argv[2])
 
@@ -102,7 +105,7 @@ clouds = 0
 with open(log, "rb") as file:
     while header := file.read(28):
         _, _, _, channel, data = struct.unpack(">IqqII", header)
-        clouds += file.read(channel) == b"LIDAR_SEMANTIC"
+        clouds += file.read(channel) == os.environ.get("HGG_LIVE_CHANNEL", "LIDAR_SEMANTIC").encode()
         file.seek(data, 1)
 
 

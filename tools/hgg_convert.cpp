@@ -3,6 +3,7 @@
 
 #include "convert/kitti_truth.h"
 #include "convert/label_ids.h"
+#include "convert/label_images.h"
 #include "convert/rosbag_command.h"
 #include "convert/semantickitti.h"
 #include "sim/odometry.h"
@@ -31,6 +32,8 @@ struct Arguments {
   std::string pose_frame = "auto", label_ids = "auto";
   std::string odometry;  // of odometryPreset(); empty: the poses as they are
   std::uint64_t seed = 1;
+  bool label_images = false;
+  int bleed = 2;
 };
 
 int fail(const std::string& error) {
@@ -79,6 +82,14 @@ CLI::App* addSemanticKitti(CLI::App& app, Arguments& args) {
           ->check(CLI::IsMember(hgg::odometryPresetNames()))
           ->needs("--poses");
   sub->add_option("--seed", args.seed, "of that drift")->capture_default_str()->needs(drift);
+  auto* images =
+      sub->add_flag("--label-images", args.label_images,
+                    "what a rig sends instead of labelled clouds: LIDAR without labels, label images of four "
+                    "cameras around it, and LOG's name with .rig.toml");
+  sub->add_option("--bleed", args.bleed, "pixels by which the masks of these images bleed over what is behind")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 20))
+      ->needs(images);
   sub->footer("Example:\n  hgg-convert semantickitti sequences/00 -o 00.lcm --poses 00_lidar_poses.txt");
   return sub;
 }
@@ -142,7 +153,8 @@ int convert(const Arguments& args) {
     letDrift(*frames, args);
   }
   hgg::ProgressBar bar("convert");
-  const std::string error = hgg::convertKitti(*frames, args.output, onBar(bar));
+  const std::string error = args.label_images ? hgg::convertKittiToRig(*frames, args.bleed, args.output, onBar(bar))
+                                              : hgg::convertKitti(*frames, args.output, onBar(bar));
   return error.empty() ? 0 : fail(error);
 }
 

@@ -112,6 +112,10 @@ void addSensorOptions(CLI::App& app, Arguments& args) {
   app.add_option("--cameras", sim.cameras, "of the rig: front, left, right [3]")->check(CLI::Range(1, 3));
   app.add_flag("--semantic,!--no-semantic", sim.options.semantic_cloud,
                "with cameras: also write LIDAR_SEMANTIC, as a mapper makes it from the rest [on]");
+  app.add_flag(
+      "--perfect-transfer", sim.options.perfect_transfer,
+      "of a rig: LIDAR_SEMANTIC has each return, with what the segmenter says of its object where a camera sees "
+      "that: as if labels were carried over without a mistake");
   app.add_flag("--motion-distortion", sim.options.motion_distortion,
                "the LiDAR measures while the body moves; points carry their time");
   app.add_option("--range-noise", sim.range_noise, "standard deviation [the sensor's]")

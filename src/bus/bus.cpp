@@ -18,6 +18,8 @@ constexpr std::size_t kMaxCommandBytes = 1024;   // a longer one is no command
 constexpr std::size_t kMaxQueryBytes = 67'000;   // the longest text that is read (bus/codec.h), and what is around it
 constexpr int kOdometryQueue = 256;              // within LCM, while the receive thread copies a cloud
 constexpr int kCloudQueue = 1;                   // within LCM, which keeps one more
+constexpr int kSideQueue = 4;                    // within LCM, of an image channel
+constexpr std::ptrdiff_t kMostSides = 8;         // messages of a side channel that nobody took: the oldest goes
 constexpr int kPoll_ms = 100;                    // how soon the receive thread sees that it shall end
 constexpr std::int64_t kCloudBytes = 2 << 20;    // a cloud of 120k points, with room
 constexpr std::int64_t kBufferBytes = 2 * kCloudBytes;
@@ -44,7 +46,7 @@ std::int64_t readNumber(const char* path) {
 
 void Bus::LcmCloser::operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
 
-Result<std::unique_ptr<Bus>> Bus::open(const LcmConfig& lcm) {
+Result<std::unique_ptr<Bus>> Bus::open(const LcmConfig& lcm, const std::vector<std::string>& side_channels) {
   using Opened = Result<std::unique_ptr<Bus>>;
   std::unique_ptr<Bus> bus(new Bus);
   bus->lcm_.reset(lcm_create(lcm.url.c_str()));
@@ -54,7 +56,7 @@ Result<std::unique_ptr<Bus>> Bus::open(const LcmConfig& lcm) {
         "': it should read like udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304, and a machine without "
         "network needs: ip link set lo up; ip route add 224.0.0.0/4 dev lo");
   }
-  if (!bus->subscribe(lcm)) {
+  if (!bus->subscribe(lcm, side_channels)) {
     return Opened::fail("cannot receive at LCM url '" + lcm.url +
                         "': multicast does not come back to this machine; check the route and the firewall");
   }
@@ -64,7 +66,7 @@ Result<std::unique_ptr<Bus>> Bus::open(const LcmConfig& lcm) {
 
 Bus::~Bus() = default;
 
-bool Bus::subscribe(const LcmConfig& lcm) {
+bool Bus::subscribe(const LcmConfig& lcm, const std::vector<std::string>& side_channels) {
   auto* odometry = lcm_subscribe(lcm_.get(), literal(lcm.odometry).c_str(), &Bus::onOdometry, this);
   auto* cloud = lcm_subscribe(lcm_.get(), literal(lcm.lidar_semantic).c_str(), &Bus::onCloud, this);
   auto* command = lcm_subscribe(lcm_.get(), literal(lcm.command).c_str(), &Bus::onCommand, this);
@@ -74,7 +76,13 @@ bool Bus::subscribe(const LcmConfig& lcm) {
   }
   lcm_subscription_set_queue_capacity(odometry, kOdometryQueue);
   lcm_subscription_set_queue_capacity(cloud, kCloudQueue);
-  return true;
+  return std::ranges::all_of(side_channels, [&](const std::string& channel) {
+    auto* side = lcm_subscribe(lcm_.get(), literal(channel).c_str(), &Bus::onSide, this);
+    if (side != nullptr) {
+      lcm_subscription_set_queue_capacity(side, kSideQueue);
+    }
+    return side != nullptr;
+  });
 }
 
 void Bus::receive(const std::stop_token& stop) {
@@ -134,6 +142,22 @@ void Bus::onCloud(const lcm_recv_buf_t* message, const char* /*channel*/, void* 
     }
     bus->inbox_.cloud->arrival_us = now_us();
     bus->inbox_.cloud->bytes.swap(bus->spare_);
+  }
+  bus->news_.notify_one();
+}
+
+void Bus::onSide(const lcm_recv_buf_t* message, const char* channel, void* self) {
+  auto* bus = static_cast<Bus*>(self);
+  const auto* bytes = static_cast<const std::uint8_t*>(message->data);
+  SideMessage side{channel, now_us(), {bytes, bytes + message->data_size}};
+  const auto is_same = [&](const SideMessage& other) { return other.channel == side.channel; };
+  {
+    const std::lock_guard lock(bus->mutex_);
+    std::vector<SideMessage>& sides = bus->inbox_.sides;
+    if (std::ranges::count_if(sides, is_same) >= kMostSides) {
+      sides.erase(std::ranges::find_if(sides, is_same));
+    }
+    sides.push_back(std::move(side));
   }
   bus->news_.notify_one();
 }

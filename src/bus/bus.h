@@ -25,10 +25,18 @@ struct RawMessage {
   std::vector<std::uint8_t> bytes;
 };
 
+/// A message of one of the channels that were asked for beside those of the config.
+struct SideMessage {
+  std::string channel;
+  Micros arrival_us = 0;
+  std::vector<std::uint8_t> bytes;
+};
+
 /// What came in since the last look.
 struct Inbox {
   std::vector<RawMessage> odometry;  // in order of arrival
   std::optional<RawMessage> cloud;   // the newest
+  std::vector<SideMessage> sides;    // in order of arrival; of each channel the newest few
   std::vector<RawMessage> commands;  // in order of arrival; those beyond a bound are lost, and their senders ask again
   std::vector<RawMessage> queries;   // likewise
   std::int64_t clouds_replaced = 0;  // older ones that nobody took
@@ -39,7 +47,8 @@ struct Inbox {
 /// clouds it keeps the newest, of odometry everything (bounded). Nothing is decoded here.
 class Bus {
  public:
-  static Result<std::unique_ptr<Bus>> open(const LcmConfig& lcm);
+  /// `side_channels`: of other sensors.
+  static Result<std::unique_ptr<Bus>> open(const LcmConfig& lcm, const std::vector<std::string>& side_channels = {});
   Bus(const Bus&) = delete;
   Bus& operator=(const Bus&) = delete;
   ~Bus();
@@ -62,11 +71,13 @@ class Bus {
   static void onCommand(const lcm_recv_buf_t* message, const char* channel, void* self);
   static void onQuery(const lcm_recv_buf_t* message, const char* channel, void* self);
   static void onCloud(const lcm_recv_buf_t* message, const char* channel, void* self);
-  bool subscribe(const LcmConfig& lcm);
+  static void onSide(const lcm_recv_buf_t* message, const char* channel, void* self);
+  bool subscribe(const LcmConfig& lcm, const std::vector<std::string>& side_channels);
   void receive(const std::stop_token& stop);
   void keep(const lcm_recv_buf_t& message, std::vector<RawMessage> Inbox::*requests, std::size_t most_bytes);
   bool hasNews() const {
-    return inbox_.cloud || !inbox_.commands.empty() || !inbox_.queries.empty() || !odometry_.empty();
+    return inbox_.cloud || !inbox_.sides.empty() || !inbox_.commands.empty() || !inbox_.queries.empty() ||
+           !odometry_.empty();
   }
 
   std::unique_ptr<lcm_t, LcmCloser> lcm_;

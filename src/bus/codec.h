@@ -22,10 +22,10 @@ namespace hgg {
 using Bytes = std::span<const std::uint8_t>;
 
 /// What a message says it is, and its stamp, unchecked: for telling what is wrong with a log.
-enum class MessageKind : std::uint8_t { kPose, kCloud, kOther };
+enum class MessageKind : std::uint8_t { kPose, kCloud, kLabelImage, kDepthImage, kOther };
 struct MessageHead {
   MessageKind kind = MessageKind::kOther;
-  Micros utime_us = 0;  // of poses and clouds
+  Micros utime_us = 0;  // of all but kOther
 };
 /// nullopt where the message is shorter than a head.
 std::optional<MessageHead> peekHead(Bytes message);
@@ -44,17 +44,20 @@ constexpr Micros kMaxUtime_us = Micros{1} << 60;  // times of any source can be 
 Result<OdometrySample> decodePose(Bytes message);
 
 /// bot_core.pointcloud2_t with fields x, y, z (f32), label (u16; u8, u32 and i32 accepted too), optional instance (u32
-/// or u16) and confidence (f32). Points whose confidence is not at least `min_confidence` are left out. Labels above
-/// 65535 become 65535. Points with non-finite coordinates are kept: creation drops and counts them.
+/// or u16), confidence (f32) and time (f32, s after utime). Points whose confidence is not at least `min_confidence`
+/// are left out. Labels above 65535 become 65535. Points with non-finite coordinates are kept: creation drops and
+/// counts them.
 Result<SemanticCloud> decodeSemanticCloud(Bytes message, float min_confidence);
 
-/// bot_core.pointcloud2_t with fields x, y, z (f32) at least: an unlabelled cloud; every point gets label 0.
+/// bot_core.pointcloud2_t with fields x, y, z (f32) at least, optional time (f32): an unlabelled cloud; every point
+/// gets label 0.
 Result<SemanticCloud> decodeCloud(Bytes message);
 
 /// hgg.label_image_t. Planes that do not have a value for every pixel, once unpacked, are errors.
 Result<LabelImage> decodeLabelImage(Bytes message);
 
-/// bot_core.image_t of little-endian 16-bit grey values, rows padded or not.
+/// bot_core.image_t of little-endian 16-bit grey values, or of 32-bit floats in m, which become whole mm; rows padded
+/// or not.
 Result<DepthImage> decodeDepthImage(Bytes message);
 
 /// hgg.command_t. Numbers that make no sense are taken as they are: they have to be answered.

@@ -96,7 +96,7 @@ std::int64_t rowStride(WireReader& in, const CloudHeader& cloud) {
 
 /// Where in a record the values lie; offsets of absent fields are -1.
 struct RecordLayout {
-  std::int32_t x = -1, y = -1, z = -1, label = -1, instance = -1, confidence = -1;
+  std::int32_t x = -1, y = -1, z = -1, label = -1, instance = -1, confidence = -1, time = -1;
   std::uint8_t label_type = 0, instance_type = 0;
 };
 
@@ -118,6 +118,8 @@ RecordLayout layoutOf(WireReader& in, const CloudHeader& cloud, bool labelled) {
   layout.x = offsetOf(in, cloud.find("x"), true, {kFloat32}, "field x is missing", "field x is not float32");
   layout.y = offsetOf(in, cloud.find("y"), true, {kFloat32}, "field y is missing", "field y is not float32");
   layout.z = offsetOf(in, cloud.find("z"), true, {kFloat32}, "field z is missing", "field z is not float32");
+  const Field* time = cloud.find("time");
+  layout.time = time && time->datatype == kFloat32 ? time->offset : -1;  // of other types: nobody knows what it counts
   if (!labelled) {
     return layout;
   }
@@ -155,9 +157,9 @@ Point loadPoint(const std::uint8_t* record, const RecordLayout& layout) {
           static_cast<ClassId>(std::min<std::uint32_t>(label, std::numeric_limits<ClassId>::max()))};
 }
 
-std::vector<Point> loadPoints(const CloudHeader& cloud, std::int64_t row_stride, const RecordLayout& layout,
-                              float min_confidence) {
-  std::vector<Point> points;
+/// Points into `points`, and their times, where they have some, into `times`.
+void loadPoints(const CloudHeader& cloud, std::int64_t row_stride, const RecordLayout& layout, float min_confidence,
+                std::vector<Point>& points, std::vector<float>& times) {
   points.reserve(static_cast<std::size_t>(cloud.height) * static_cast<std::size_t>(cloud.width));
   for (std::int32_t row = 0; row < cloud.height; ++row) {
     const auto* record = cloud.data.data() + row * row_stride;
@@ -166,9 +168,11 @@ std::vector<Point> loadPoints(const CloudHeader& cloud, std::int64_t row_stride,
         continue;
       }
       points.push_back(loadPoint(record, layout));
+      if (layout.time >= 0) {
+        times.push_back(load<float>(record + layout.time));
+      }
     }
   }
-  return points;
 }
 
 Result<SemanticCloud> readPoints(Bytes message, bool labelled, float min_confidence) {
@@ -182,7 +186,10 @@ Result<SemanticCloud> readPoints(Bytes message, bool labelled, float min_confide
   if (in.failed()) {
     return Result<SemanticCloud>::fail(in.error());
   }
-  return Result<SemanticCloud>::ok({cloud.utime_us, loadPoints(cloud, row_stride, layout, min_confidence)});
+  SemanticCloud out;
+  out.utime_us = cloud.utime_us;
+  loadPoints(cloud, row_stride, layout, min_confidence, out.points, out.times);
+  return Result<SemanticCloud>::ok(std::move(out));
 }
 
 bot_core::pointfield_t makeField(const char* name, std::int32_t offset, Datatype datatype) {

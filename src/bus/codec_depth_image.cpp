@@ -1,4 +1,7 @@
+#include <algorithm>
 #include <bot_core/image_t.hpp>
+#include <cmath>
+#include <iterator>
 
 #include "bus/codec.h"
 #include "bus/wire.h"
@@ -7,6 +10,8 @@ namespace hgg {
 namespace {
 
 constexpr std::int32_t kLittleEndianGray16 = 909199180;  // PIXEL_FORMAT_LE_GRAY16 of bot_core: "LG16"
+constexpr std::int32_t kFloatGray32 = 842221382;         // PIXEL_FORMAT_FLOAT_GRAY32: "FG32", m
+constexpr float kMostMillimetres = 65535;
 constexpr std::int32_t kMaxMetadata = 64;
 
 void skipMetadata(WireReader& in) {
@@ -18,6 +23,12 @@ void skipMetadata(WireReader& in) {
   }
 }
 
+/// Metres to whole mm; what is not finite, not positive or too far is not measured.
+std::uint16_t millimetres(float metres) {
+  const float mm = std::round(1000 * metres);
+  return mm >= 1 && mm <= kMostMillimetres ? static_cast<std::uint16_t>(mm) : std::uint16_t{0};
+}
+
 DepthImage readDepthImage(WireReader& in) {
   DepthImage image;
   in.fingerprint(bot_core::image_t::getHash());
@@ -26,11 +37,13 @@ DepthImage readDepthImage(WireReader& in) {
   image.height = in.integer<std::int32_t>();
   checkImageSize(in, image.width, image.height);
   const auto row_stride = in.integer<std::int32_t>();
-  in.check(in.integer<std::int32_t>() == kLittleEndianGray16, "pixelformat is not little-endian 16-bit grey");
+  const auto format = in.integer<std::int32_t>();
+  in.check(format == kLittleEndianGray16 || format == kFloatGray32,
+           "pixelformat is neither little-endian 16-bit grey nor 32-bit float");
   const Bytes data = in.blob();
   skipMetadata(in);
   in.end();
-  const std::int64_t row_bytes = std::int64_t{image.width} * 2;
+  const std::int64_t row_bytes = std::int64_t{image.width} * (format == kFloatGray32 ? 4 : 2);
   in.check(row_stride >= row_bytes && std::int64_t{row_stride} * image.height == std::ssize(data),
            "size is not height * row_stride, or rows are too short");
   if (in.failed()) {
@@ -38,8 +51,13 @@ DepthImage readDepthImage(WireReader& in) {
   }
   for (std::int32_t y = 0; y < image.height && row_bytes > 0; ++y) {
     const auto row = data.subspan(static_cast<std::size_t>(std::int64_t{y} * row_stride));
-    const auto values = valuesOf<std::uint16_t>(row.first(static_cast<std::size_t>(row_bytes)));
-    image.depth_mm.insert(image.depth_mm.end(), values.begin(), values.end());
+    const Bytes pixels = row.first(static_cast<std::size_t>(row_bytes));
+    if (format == kFloatGray32) {
+      std::ranges::transform(valuesOf<float>(pixels), std::back_inserter(image.depth_mm), millimetres);
+    } else {
+      const auto values = valuesOf<std::uint16_t>(pixels);
+      image.depth_mm.insert(image.depth_mm.end(), values.begin(), values.end());
+    }
   }
   return image;
 }

@@ -1,5 +1,7 @@
+#include <bot_core/image_t.hpp>
 #include <bot_core/pointcloud2_t.hpp>
 #include <bot_core/pose_t.hpp>
+#include <hgg/label_image_t.hpp>
 
 #include "bus/codec.h"
 #include "bus/wire.h"
@@ -18,6 +20,12 @@ std::optional<MessageHead> peekHead(Bytes message) {
   }
   if (fingerprint == bot_core::pointcloud2_t::getHash()) {
     return MessageHead{MessageKind::kCloud, utime_us};
+  }
+  if (fingerprint == hgg::label_image_t::getHash()) {
+    return MessageHead{MessageKind::kLabelImage, utime_us};
+  }
+  if (fingerprint == bot_core::image_t::getHash()) {
+    return MessageHead{MessageKind::kDepthImage, utime_us};
   }
   return MessageHead{MessageKind::kOther, 0};
 }

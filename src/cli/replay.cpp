@@ -28,6 +28,10 @@ int replay(const ReplayOptions& o) {
   if (!loaded) {
     return fail(loaded.error);
   }
+  const Result<std::optional<Rig>> rig = takeRig(*loaded);
+  if (!rig) {
+    return fail(rig.error);
+  }
   // Asked first, so that a mistyped name does not empty the results of an earlier replay.
   if (const auto log = LogReader::open(o.log); !log) {
     return fail(log.error);
@@ -44,7 +48,7 @@ int replay(const ReplayOptions& o) {
   const auto on_progress = [&](double share, std::int64_t frames) {
     bar.show(share, fmt::format("{} frames", frames));
   };
-  const Result<ReplayReport> report = replayLog(o.log, mapper, on_frame, on_progress, stop);
+  const Result<ReplayReport> report = replayLog(o.log, mapper, on_frame, on_progress, stop, *rig);
   bar.finish();
   if (!report) {
     out->discard();

@@ -61,6 +61,10 @@ int run(const RunOptions& o) {
     fmt::print("{}", printConfig(config));
     return kDone;
   }
+  const Result<std::optional<Rig>> rig = takeRig(*loaded);
+  if (!rig) {
+    return fail(rig.error);
+  }
   Result<Map> map = startingMap(o.resume ? lastMapIn(o.out) : o.map, *loaded);
   if (!map) {
     return fail(map.error);
@@ -81,7 +85,7 @@ int run(const RunOptions& o) {
     out->add(report, timing, mapper.map());
     snapshots.offer(mapper.map(), SnapshotWriter::Clock::now());
   };
-  const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame);
+  const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame, *rig);
   if (!counts) {
     out->discard();
     return fail(counts.error);

@@ -13,6 +13,7 @@ namespace hgg {
 namespace {
 
 constexpr double kMinRadius = 0.02, kMaxRadius = 20;
+constexpr int kUnknownMinPoints = 20;       // as of other stuff
 constexpr std::size_t kMaxNameBytes = 200;  // what every message and file format carries
 
 /// Reads one [[class]] or [[similar]] entry, collecting every complaint.
@@ -159,6 +160,13 @@ std::vector<SimilarClasses> readSimilarClasses(const toml::table& table, const s
 std::string ClassTable::name(ClassId label) const {
   const ClassInfo* info = find(label);
   return info != nullptr ? info->name : fmt::format("class {}", label);
+}
+
+ClassTable ClassTable::withUnknown() const {
+  ClassTable table = *this;
+  table.by_label_[kUnknownClass] = static_cast<std::int32_t>(table.classes_.size());
+  table.classes_.push_back({kUnknownClass, "unknown", ClassKind::kStuff, false, 0, kUnknownMinPoints});
+  return table;
 }
 
 Result<ClassTable> ClassTable::parse(const std::string& toml_text, const std::string& source_name) {

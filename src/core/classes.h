@@ -27,6 +27,9 @@ struct SimilarClasses {
   double similarity = 0;  // above 0, at most 1
 };
 
+/// The class of points that nobody has named: stuff, of a rig whose cameras do not see everything.
+constexpr ClassId kUnknownClass = 65534;
+
 /// Label id -> class; labels that fold (moving-car -> car) answer with the class they fold into.
 class ClassTable {
  public:
@@ -37,6 +40,9 @@ class ClassTable {
   const std::vector<ClassInfo>& classes() const { return classes_; }  // in the order of the file
   std::string name(ClassId label) const;                              // "class 17" when unknown
   const std::vector<SimilarClasses>& similar() const { return similar_; }
+
+  /// The same table with kUnknownClass as one more kind of stuff, "unknown". The table must not use its id.
+  ClassTable withUnknown() const;
 
   static Result<ClassTable> parse(const std::string& toml_text, const std::string& source_name);
   static Result<ClassTable> load(const std::string& path);

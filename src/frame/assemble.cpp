@@ -11,6 +11,8 @@ constexpr std::size_t kMaxWaiting = 128;
 /// So many samples after a cloud whose clock was set back the odometry would have followed it: StampJudge needs two.
 constexpr std::int64_t kSamplesThatTell = 3;
 
+constexpr float kLongestSweep = 0.5F;  // s of a scan: what says it took longer is waited for no longer
+
 constexpr char kLate[] = "cloud: late or twice";
 constexpr char kOutlier[] = "cloud: stamp out of line with those around it";
 constexpr char kBegins[] = "odometry: begins after the cloud";
@@ -23,6 +25,13 @@ constexpr char kClocksDiffer[] = "odometry: its clock was not set back with that
 constexpr char kTooMany[] = "odometry: too many clouds waited for it";
 
 Micros distance(Micros a, Micros b) { return a < b ? b - a : a - b; }
+
+/// The time of a cloud's last point: odometry has to reach it, so that the cloud can be deskewed.
+Micros latestOf(const SemanticCloud& cloud) {
+  const auto last = std::ranges::max_element(cloud.times);
+  const float after = last == cloud.times.end() ? 0.0F : std::clamp(*last, 0.0F, kLongestSweep);
+  return cloud.utime_us + static_cast<Micros>(1e6F * after);
+}
 
 }  // namespace
 
@@ -55,7 +64,8 @@ void FrameAssembler::addCloud(SemanticCloud cloud, Micros arrival_us) {
     admitApart();
   }
   rejectApart();
-  Waiting waiting{std::move(cloud), arrival_us, odometry_.believed()};
+  const Micros latest_us = latestOf(cloud);
+  Waiting waiting{std::move(cloud), arrival_us, odometry_.believed(), latest_us};
   if (verdict == StampVerdict::kApart) {
     apart_ = std::move(waiting);
   } else {
@@ -101,7 +111,11 @@ std::optional<Frame> FrameAssembler::next(Micros now_us) {
     Waiting& front = waiting_.front();
     const auto pose = odometry_.at(odometryTimeOf(front.cloud.utime_us));
     if (pose && !isAloneBack(front.cloud.utime_us)) {
-      return take(*pose);
+      const bool reaches = odometry_.missAt(front.latest_us + delay_us_) != OdometryMiss::kAhead;
+      if (reaches || front.latest_us == front.cloud.utime_us || finished_ || hasWaitedEnough(front, now_us)) {
+        return take(*pose);
+      }
+      return std::nullopt;
     }
     if (mayStillCome(front, now_us)) {
       return std::nullopt;
@@ -152,7 +166,8 @@ Frame FrameAssembler::take(const OdometryPose& pose) {
   restarts_ += isBack(cloud.utime_us) ? 1 : 0;
   const bool anew = last_frame_us_ && (pose.stretch != last_stretch_ ||
                                        odometry_.fellSilent(*last_frame_us_ + delay_us_, cloud.utime_us + delay_us_));
-  Frame frame{cloud.utime_us, pose.T_odom_body, std::move(cloud.points), anew, cloud.p_body_sensor, std::nullopt};
+  Frame frame{cloud.utime_us,      pose.T_odom_body, std::move(cloud.points), anew,
+              cloud.p_body_sensor, std::nullopt,     std::move(cloud.times)};
   if (last_frame_us_ && delay_us_ != last_delay_us_) {
     const auto before = odometry_.at(*last_frame_us_ + delay_us_);
     frame.T_odom_before = before ? std::optional(before->T_odom_body) : std::nullopt;

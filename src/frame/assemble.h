@@ -51,6 +51,7 @@ class FrameAssembler {
     SemanticCloud cloud;
     Micros arrival_us = 0;
     std::int64_t odometry_then = 0;  // samples that were believed when it came
+    Micros latest_us = 0;            // time of its last point
   };
 
   void admit(Waiting waiting);

@@ -10,11 +10,12 @@
 
 namespace hgg {
 
-/// A labelled cloud as it came off the wire: nothing filtered yet.
+/// A cloud as it came off the wire, labelled or not: nothing filtered yet.
 struct SemanticCloud {
   Micros utime_us = 0;
   std::vector<Point> points;          // body frame
   Vec3 p_body_sensor = Vec3::Zero();  // where it was measured from
+  std::vector<float> times = {};      // of each point, s after utime_us; empty: all at it
 };
 
 struct OdometrySample {
@@ -30,7 +31,8 @@ struct Frame {
   bool odometry_restarted = false;  // the odometry began anew since the frame before: its clock went back, or it paused
   Vec3 p_body_sensor = Vec3::Zero();  // range limits are about this point
   std::optional<Pose> T_odom_before =
-      std::nullopt;  // odometry's pose at the frame before, where it is no longer what it was then
+      std::nullopt;               // odometry's pose at the frame before, where it is no longer what it was then
+  std::vector<float> times = {};  // of each point, s after utime_us, until it is deskewed; empty: all at it
 };
 
 /// Clouds that did not become frames, by reason.

@@ -79,6 +79,25 @@ std::optional<OdometryPose> OdometryBuffer::at(Micros utime_us) const {
   return OdometryPose{interpolate(a.T_odom_body, b.T_odom_body, s), after->stretch};
 }
 
+std::optional<OdometryPose> OdometryBuffer::around(Micros utime_us, Micros reach_us) const {
+  if (const auto pose = at(utime_us)) {
+    return pose;
+  }
+  const bool is_ahead = missAt(utime_us) == OdometryMiss::kAhead;
+  if (samples_.size() < 2 || missAt(utime_us) == OdometryMiss::kGap) {
+    return std::nullopt;
+  }
+  const std::size_t first = is_ahead ? samples_.size() - 2 : 0;
+  const Entry &a = samples_[first], &b = samples_[first + 1];
+  const Micros gap_us = b.sample.utime_us - a.sample.utime_us;
+  const Micros beyond_us = is_ahead ? utime_us - b.sample.utime_us : a.sample.utime_us - utime_us;
+  if (gap_us > max_gap_us_ || beyond_us > reach_us || a.stretch != b.stretch) {
+    return std::nullopt;
+  }
+  const double s = static_cast<double>(utime_us - a.sample.utime_us) / static_cast<double>(gap_us);
+  return OdometryPose{interpolate(a.sample.T_odom_body, b.sample.T_odom_body, s), b.stretch};
+}
+
 OdometryMiss OdometryBuffer::missAt(Micros utime_us) const {
   if (samples_.empty() || utime_us > samples_.back().sample.utime_us) {
     return OdometryMiss::kAhead;

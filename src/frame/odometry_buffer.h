@@ -47,6 +47,9 @@ class OdometryBuffer {
   /// The pose at `utime_us`: the sample itself where one has that time, else interpolated between its two neighbours
   /// (linear, slerp). nullopt outside the samples and in gaps.
   std::optional<OdometryPose> at(Micros utime_us) const;
+  /// The same, and beyond the first and the last sample by up to `reach_us` the pose that the motion between the two
+  /// samples there leads to.
+  std::optional<OdometryPose> around(Micros utime_us, Micros reach_us) const;
   /// Why at() has none for this time.
   OdometryMiss missAt(Micros utime_us) const;
   /// Time between the samples around `utime_us`, 0 where it has not two.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/classes.h"
 #include "core/position_uncertainty.h"
 #include "core/se3.h"
 #include "core/units.h"
@@ -190,7 +191,9 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
                                          double radius, double sigma_floor, const FreeSpace* free) {
   std::vector<Seen> seen;
   for (const LocalObject& object : local.objects) {
-    seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
+    if (object.label != kUnknownClass) {  // what nobody has named speaks for no class and against none
+      seen.push_back({&object, Box(transform(T_map_body, object.belief), sigma_floor), {}});
+    }
   }
   std::vector<ClassEvidence> evidence;
   const Variance here = free != nullptr ? varianceOf(map, map.keyframes().last()) : Variance{};
@@ -255,7 +258,7 @@ ClassWeights viewsAsStuff(const Map& map, const LocalObject& object, const Pose&
   const double reach = std::sqrt(3.0) * map.tileSize() + kFootprintSigmas * std::sqrt(thing.cov.trace());
   for (const NodeId id : map.near(thing.mean, reach)) {
     const MapNode& node = *map.find(id);
-    if (!node.stuff || !box.meets(Box(node.belief, sigma_floor))) {
+    if (!node.stuff || node.label == kUnknownClass || !box.meets(Box(node.belief, sigma_floor))) {
       continue;
     }
     if (const double times = timesSeen(node, own, box, sigma_floor); times > 0) {

@@ -23,6 +23,9 @@ std::vector<std::pair<std::string, std::int64_t>> dropsOf(const RunCounts& count
     }
   }
   out.insert(out.end(), counts.decode_errors.begin(), counts.decode_errors.end());
+  if (counts.rig) {
+    out.insert(out.end(), counts.rig->troubles.begin(), counts.rig->troubles.end());
+  }
   return out;
 }
 
@@ -63,6 +66,9 @@ Status describeHealth(const LatestFrame& latest, const CountsAt& before, const C
     out.position_sigma = std::sqrt(latest.pose_cov.diagonal().head<3>().maxCoeff());
     out.heading_sigma = std::sqrt(latest.pose_cov(5, 5));
     out.alarms = alarmsOf(latest, counts.odometry_delay_s, odometry_channel);
+    for (const SensorTrouble& trouble : counts.rig ? counts.rig->standing : std::vector<SensorTrouble>{}) {
+      out.alarms.push_back({false, trouble.code, trouble.sensor, trouble.text});
+    }
     const bool is_lost = std::ranges::any_of(out.alarms, &Alarm::is_serious);
     out.state = is_lost ? HealthState::kLost : out.alarms.empty() ? HealthState::kOk : HealthState::kDegraded;
   }
@@ -109,6 +115,10 @@ std::vector<std::string> describeTroubles(const RunCounts& before, const RunCoun
   std::vector<std::string> lines;
   tellOfMore(before.decode_errors, now.decode_errors, "messages unreadable", lines);
   tellOfMore(before.drops.causes, now.drops.causes, "clouds dropped", lines);
+  if (now.rig) {
+    tellOfMore(before.rig ? before.rig->troubles : std::map<std::string, std::int64_t>{}, now.rig->troubles,
+               "frames or messages of a sensor", lines);
+  }
   if (now.odometry_rejected > before.odometry_rejected) {
     lines.push_back(fmt::format("{} odometry samples rejected, {} of them with stamps out of line ({} in all)",
                                 now.odometry_rejected - before.odometry_rejected,

@@ -107,6 +107,20 @@ TEST(ImageCodec, DepthImageSurvivesTheRoundTripAndPaddedRowsAreRead) {
   EXPECT_TRUE(*padded == someDepth());
 }
 
+TEST(ImageCodec, DepthsInMetresAreReadInMillimetres) {
+  auto raw = decodeGenerated<bot_core::image_t>(encodeDepthImage(someDepth()));
+  const std::vector<float> metres = {1.2345F, 0, std::numeric_limits<float>::quiet_NaN(), -2, 65.535F, 70};
+  raw.width = 3, raw.height = 2;
+  raw.pixelformat = 'F' | 'G' << 8 | '3' << 16 | '2' << 24;
+  raw.row_stride = 12;
+  raw.data.resize(24);
+  std::memcpy(raw.data.data(), metres.data(), 24);
+  raw.size = 24;
+  const auto image = decodeDepthImage(encodeGenerated(raw));
+  ASSERT_TRUE(image) << image.error;
+  EXPECT_EQ(image->depth_mm, (std::vector<std::uint16_t>{1235, 0, 0, 0, 65535, 0}));
+}
+
 TEST(ImageCodec, DepthImagesThatAreNoneAreErrors) {
   const auto error = [](auto change) {
     auto raw = decodeGenerated<bot_core::image_t>(encodeDepthImage(someDepth()));
@@ -118,7 +132,8 @@ TEST(ImageCodec, DepthImagesThatAreNoneAreErrors) {
   EXPECT_EQ(error([](auto& m) { m.row_stride = 8; }), size);
   EXPECT_EQ(error([](auto& m) { m.height = 3; }), size);
   EXPECT_EQ(error([](auto& m) { m.width = std::numeric_limits<std::int32_t>::max(); }), "width * height out of bounds");
-  EXPECT_EQ(error([](auto& m) { m.pixelformat = 357; }), "pixelformat is not little-endian 16-bit grey");
+  EXPECT_EQ(error([](auto& m) { m.pixelformat = 357; }),
+            "pixelformat is neither little-endian 16-bit grey nor 32-bit float");
 }
 
 template <typename Decode>

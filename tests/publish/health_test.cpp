@@ -91,6 +91,20 @@ TEST(Health, WhereNothingIsWrongItIsOk) {
   EXPECT_EQ(status.fragment, 0);
 }
 
+TEST(Health, ACameraThatGivesNoLabelsDegrades) {
+  RunCounts counts;
+  counts.rig.emplace();
+  counts.rig->troubles["front: no image in time"] = 7;
+  counts.rig->standing = {{"front", "camera_out", "camera front gives no labels: no image in time"}};
+  const Status status = describeHealth(goodFrame(), {0, {}}, {1'000'000, counts}, Map(), "POSE_ODOM");
+  EXPECT_EQ(status.state, HealthState::kDegraded);
+  EXPECT_EQ(codesOf(status), Codes{"camera_out"});
+  EXPECT_EQ(status.alarms[0].subject, "front");
+  EXPECT_EQ(status.drops, (std::vector<std::pair<std::string, std::int64_t>>{{"front: no image in time", 7}}));
+  EXPECT_EQ(describeTroubles({}, counts).size(), 1U);
+  EXPECT_TRUE(describeTroubles(counts, counts).empty());
+}
+
 TEST(Health, HowWellThePlaceIsKnownIsThatOfTheWorstAxis) {
   const Status status = statusOf(goodFrame());
   EXPECT_DOUBLE_EQ(status.position_sigma, 0.2);

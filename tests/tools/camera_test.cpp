@@ -36,7 +36,7 @@ struct Agreement {
 };
 
 /// Holds the objects of a clean LiDAR's points against those of the pixels they fall on.
-Agreement compare(const Scene& scene, const CameraModel& camera) {
+Agreement compare(const Scene& scene, const SimCamera& camera) {
   LidarModel lidar = spinningLidar(64, true);
   lidar.errors = {.range_min = 0.1, .range_max = 100.0};
   const RayGrid lidar_grid = lidarGrid(lidar), camera_grid = cameraGrid(camera);
@@ -47,7 +47,8 @@ Agreement compare(const Scene& scene, const CameraModel& camera) {
       continue;
     }
     const auto pixel = project(camera, static_cast<double>(cloud.range[i]) * lidar_grid.directions[i]);
-    if (!pixel || pixel->x < 1 || pixel->y < 1 || pixel->x > camera.width - 2 || pixel->y > camera.height - 2) {
+    if (!pixel || pixel->x < 1 || pixel->y < 1 || pixel->x > camera.model.width - 2 ||
+        pixel->y > camera.model.height - 2) {
       continue;
     }
     const std::int32_t object = image.object[camera_grid.at(pixel->x, pixel->y)];
@@ -62,7 +63,7 @@ Agreement compare(const Scene& scene, const CameraModel& camera) {
 }
 
 TEST(Camera, LabelImageShowsTheObjectsOfTheCloud) {
-  for (CameraModel camera : rigCameras(3)) {
+  for (SimCamera camera : rigCameras(3)) {
     camera.T_body_camera.translation().setZero();  // without parallax both must see the same
     const Agreement agreement = compare(boxes(), camera);
     EXPECT_GT(agreement.inside, 3000) << camera.name;
@@ -72,7 +73,7 @@ TEST(Camera, LabelImageShowsTheObjectsOfTheCloud) {
 }
 
 TEST(Camera, OnlyParallaxPartsAMountedCameraFromTheCloud) {
-  for (const CameraModel& camera : rigCameras(3)) {
+  for (const SimCamera& camera : rigCameras(3)) {
     const Agreement agreement = compare(boxes(), camera);
     EXPECT_GT(agreement.same, 0.93 * agreement.points) << camera.name;
     EXPECT_LT(agreement.same, agreement.points) << camera.name;
@@ -80,7 +81,7 @@ TEST(Camera, OnlyParallaxPartsAMountedCameraFromTheCloud) {
 }
 
 TEST(Camera, ProjectsWhatItUnprojects) {
-  for (const CameraModel& camera : {depthCamera(), rigCameras(3)[1]}) {
+  for (const SimCamera& camera : {depthCamera(), rigCameras(3)[1]}) {
     for (const Pixel pixel : {Pixel{0, 0}, Pixel{17, 200}, Pixel{319, 239}}) {
       const auto back = project(camera, unproject(camera, pixel, 3.7));
       ASSERT_TRUE(back);
@@ -91,7 +92,7 @@ TEST(Camera, ProjectsWhatItUnprojects) {
 }
 
 TEST(Camera, DoesNotSeeBehindOrBeside) {
-  const CameraModel camera = depthCamera();
+  const SimCamera camera = depthCamera();
   EXPECT_TRUE(project(camera, Vec3(3, 0, 0)));
   EXPECT_FALSE(project(camera, Vec3(-3, 0, 0)));
   EXPECT_FALSE(project(camera, Vec3(3, 3, 0)));
@@ -104,14 +105,14 @@ TEST(Camera, LeftIsToTheLeftAndUpIsUp) {
   EXPECT_GT(ahead.x(), 0.99);
   EXPECT_LT(ahead.z(), 0.0);  // looks down a little
   EXPECT_GT(left.y(), 0.99);
-  for (const CameraModel& camera : cameras) {
+  for (const SimCamera& camera : cameras) {
     EXPECT_LT((camera.T_body_camera.linear() * Vec3::UnitY()).z(), -0.99);
     EXPECT_NEAR(camera.T_body_camera.linear().determinant(), 1.0, 1e-12);
   }
 }
 
 TEST(Camera, DepthImageUnprojectsOntoTheSurfaces) {
-  CameraModel camera = depthCamera();
+  SimCamera camera = depthCamera();
   camera.errors = {.range_min = 0.3, .range_max = 8.0};
   Scene scene;
   addObject(scene.world, 40, false, {Plane{Vec3(0, 0, -1), Vec3::UnitZ()}});
@@ -159,9 +160,9 @@ std::vector<double> numbersOf(const std::string& text, const std::string& key) {
 TEST(Camera, RigFileCarriesEveryDigit) {
   const Scratch scratch;
   const auto cameras = rigCameras(2);
-  ASSERT_EQ(writeRig(cameras, (scratch / "rig.toml").string()), "");
+  ASSERT_EQ(writeRig(cameras, true, (scratch / "rig.toml").string()), "");
   const std::string text = readText(scratch / "rig.toml");
-  EXPECT_EQ(numbersOf(text, "fx"), (std::vector<double>{cameras[0].fx, cameras[1].fx}));
+  EXPECT_EQ(numbersOf(text, "fx"), (std::vector<double>{cameras[0].model.fx, cameras[1].model.fx}));
   const auto rows = numbersOf(text, "T_body_camera");
   ASSERT_EQ(rows.size(), 24u);
   for (std::size_t i = 0; i < 24; ++i) {
@@ -170,7 +171,7 @@ TEST(Camera, RigFileCarriesEveryDigit) {
   }
   EXPECT_NE(text.find("labels = \"CAMERA_LABELS_left\""), std::string::npos);
   EXPECT_EQ(text.find("depth = "), std::string::npos);
-  EXPECT_NE(writeRig(cameras, "/nonexistent/rig.toml"), "");
+  EXPECT_NE(writeRig(cameras, true, "/nonexistent/rig.toml"), "");
 }
 
 }  // namespace

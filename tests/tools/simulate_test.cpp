@@ -29,15 +29,15 @@ SimOptions smallDrive() {
   return options;
 }
 
-CameraModel small(CameraModel camera) {
-  camera.fx /= 4, camera.fy /= 4, camera.width /= 4, camera.height /= 4;
-  camera.cx = (camera.width - 1) / 2.0, camera.cy = (camera.height - 1) / 2.0;
+SimCamera small(SimCamera camera) {
+  camera.model.fx /= 4, camera.model.fy /= 4, camera.model.width /= 4, camera.model.height /= 4;
+  camera.model.cx = (camera.model.width - 1) / 2.0, camera.model.cy = (camera.model.height - 1) / 2.0;
   return camera;
 }
 
 SimOptions smallRig() {
   SimOptions options = smallDrive();
-  for (const CameraModel& camera : rigCameras(2)) {
+  for (const SimCamera& camera : rigCameras(2)) {
     options.sensors.cameras.push_back(small(camera));
   }
   return options;

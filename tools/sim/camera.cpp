@@ -17,31 +17,21 @@ Pose mount(const Vec3& position, double yaw, double down) {
   return pose;
 }
 
-CameraModel pinhole(const std::string& name, double width_deg, const Pose& T_body_camera) {
-  CameraModel camera;
+SimCamera pinhole(const std::string& name, double width_deg, const Pose& T_body_camera) {
+  SimCamera camera;
   camera.name = name;
-  camera.fx = camera.fy = camera.width / 2.0 / std::tan(width_deg * kDegree / 2.0);
-  camera.cx = (camera.width - 1) / 2.0, camera.cy = (camera.height - 1) / 2.0;
+  CameraModel& m = camera.model;
+  m.fx = m.fy = m.width / 2.0 / std::tan(width_deg * kDegree / 2.0);
+  m.cx = (m.width - 1) / 2.0, m.cy = (m.height - 1) / 2.0;
   camera.T_body_camera = T_body_camera;
   camera.errors = {.range_max = std::numeric_limits<double>::infinity(), .foliage_depth = 0.2};
   return camera;
 }
 
-/// The ray through a pixel, of length 1 along the optical axis.
-Vec3 pixelRay(const CameraModel& camera, double x, double y) {
-  return {(x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy, 1.0};
-}
-
 }  // namespace
 
-Mat3 cameraAxes() {
-  Mat3 R_body_camera;
-  R_body_camera << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return R_body_camera;
-}
-
-CameraModel depthCamera() {
-  CameraModel camera = pinhole("front", 70.0, mount(Vec3(0.1, 0.0, 0.0), 0.0, 10.0 * kDegree));
+SimCamera depthCamera() {
+  SimCamera camera = pinhole("front", 70.0, mount(Vec3(0.1, 0.0, 0.0), 0.0, 10.0 * kDegree));
   camera.depth = true;
   camera.errors = {.range_min = 0.3,
                    .range_max = 8.0,
@@ -54,43 +44,36 @@ CameraModel depthCamera() {
   return camera;
 }
 
-std::vector<CameraModel> rigCameras(int count) {
+std::vector<SimCamera> rigCameras(int count) {
   constexpr double kDown = 5.0 * kDegree;
-  std::vector<CameraModel> cameras{pinhole("front", 90.0, mount(Vec3(0.15, 0.0, -0.10), 0.0, kDown)),
-                                   pinhole("left", 90.0, mount(Vec3(0.0, 0.12, -0.10), 90.0 * kDegree, kDown)),
-                                   pinhole("right", 90.0, mount(Vec3(0.0, -0.12, -0.10), -90.0 * kDegree, kDown))};
+  std::vector<SimCamera> cameras{pinhole("front", 90.0, mount(Vec3(0.15, 0.0, -0.10), 0.0, kDown)),
+                                 pinhole("left", 90.0, mount(Vec3(0.0, 0.12, -0.10), 90.0 * kDegree, kDown)),
+                                 pinhole("right", 90.0, mount(Vec3(0.0, -0.12, -0.10), -90.0 * kDegree, kDown))};
   cameras.resize(static_cast<std::size_t>(count));
   return cameras;
 }
 
-RayGrid cameraGrid(const CameraModel& camera) {
+RayGrid cameraGrid(const SimCamera& camera) {
+  const CameraModel& m = camera.model;
   RayGrid grid;
-  grid.width = camera.width, grid.height = camera.height;
-  grid.pitch_x_deg = std::atan(1.0 / camera.fx) / kDegree, grid.pitch_y_deg = std::atan(1.0 / camera.fy) / kDegree;
+  grid.width = m.width, grid.height = m.height;
+  grid.pitch_x_deg = std::atan(1.0 / m.fx) / kDegree, grid.pitch_y_deg = std::atan(1.0 / m.fy) / kDegree;
   grid.T_body_sensor = camera.T_body_camera;
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) {
-      grid.directions.push_back(pixelRay(camera, x, y).normalized());
+      grid.directions.push_back(pixelRay(m, x, y).normalized());
     }
   }
   return grid;
 }
 
-std::optional<Pixel> project(const CameraModel& camera, const Vec3& p_body) {
-  const Vec3 p = camera.T_body_camera.inverse() * p_body;
-  if (p.z() <= 0) {
-    return std::nullopt;
-  }
-  const double x = std::round(camera.fx * p.x() / p.z() + camera.cx);
-  const double y = std::round(camera.fy * p.y() / p.z() + camera.cy);
-  if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) {
-    return std::nullopt;
-  }
-  return Pixel{static_cast<int>(x), static_cast<int>(y)};
+std::optional<Pixel> project(const SimCamera& camera, const Vec3& p_body) {
+  const auto at = Projector(camera.model)(camera.T_body_camera.inverse() * p_body);
+  return at ? std::optional(pixelAt(*at)) : std::nullopt;
 }
 
-Vec3 unproject(const CameraModel& camera, const Pixel& pixel, double depth) {
-  return camera.T_body_camera * (depth * pixelRay(camera, pixel.x, pixel.y));
+Vec3 unproject(const SimCamera& camera, const Pixel& pixel, double depth) {
+  return camera.T_body_camera * (depth * pixelRay(camera.model, pixel.x, pixel.y));
 }
 
 DepthImage depthImage(const RayGrid& grid, const Scan& scan, Micros utime_us) {
@@ -103,19 +86,24 @@ DepthImage depthImage(const RayGrid& grid, const Scan& scan, Micros utime_us) {
   return image;
 }
 
-std::string writeRig(const std::vector<CameraModel>& cameras, const std::string& path) {
+std::string writeRig(const std::vector<SimCamera>& cameras, bool has_lidar, const std::string& path) {
   std::ofstream out(path);
   out.precision(17);
-  out << "# Cameras of a simulated rig. T_body_camera: 3x4 rows; body x forward, z up; camera x right, y down, z "
+  out << "# A simulated rig (docs/rig.md). T_body_...: 3x4 rows; body x forward, z up; camera x right, y down, z "
          "forward.\n# Pixel (x, y) covers x-0.5 .. x+0.5.\n";
-  for (const CameraModel& camera : cameras) {
+  if (has_lidar) {
+    out << "\n[[lidar]]\nname = \"lidar\"\nchannel = \"LIDAR\"  # bot_core.pointcloud2_t\n"
+           "T_body_lidar = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0]\n";
+  }
+  for (const SimCamera& camera : cameras) {
     out << "\n[[camera]]\nname = \"" << camera.name << "\"\nlabels = \"CAMERA_LABELS_" << camera.name
         << "\"  # [channel] hgg.label_image_t\n";
     if (camera.depth) {
       out << "depth = \"DEPTH_" << camera.name << "\"  # [channel] bot_core.image_t, mm\n";
     }
-    out << "width = " << camera.width << "  # [pixel]\nheight = " << camera.height << "\nfx = " << camera.fx
-        << "\nfy = " << camera.fy << "\ncx = " << camera.cx << "\ncy = " << camera.cy << "\nT_body_camera = [";
+    const CameraModel& m = camera.model;
+    out << "width = " << m.width << "  # [pixel]\nheight = " << m.height << "\nfx = " << m.fx << "\nfy = " << m.fy
+        << "\ncx = " << m.cx << "\ncy = " << m.cy << "\nT_body_camera = [";
     for (int i = 0; i < 12; ++i) {
       out << (i == 0 ? "" : ", ") << camera.T_body_camera.matrix()(i / 4, i % 4) + 0.0;
     }

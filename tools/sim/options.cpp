@@ -111,6 +111,9 @@ std::string unusedArgument(const SimArguments& arguments, const SensorSuite& sen
   if (arguments.cameras && arguments.sensor != "rig") {
     return "--cameras needs --sensor rig";
   }
+  if (options.perfect_transfer && (sensors.cameras.empty() || !sensors.lidar)) {
+    return "--perfect-transfer needs a LiDAR and cameras (--sensor rig)";
+  }
   if (!options.semantic_cloud && sensors.cameras.empty()) {
     return "--no-semantic needs cameras (--sensor rgbd or rig): without them there is no other cloud";
   }
@@ -199,7 +202,7 @@ Result<SimOptions> simOptions(const SimArguments& arguments, const Scene& scene)
   if (options.sensors.lidar) {
     overrideRanges(options.sensors.lidar->errors, arguments);
   }
-  for (CameraModel& camera : options.sensors.cameras) {
+  for (SimCamera& camera : options.sensors.cameras) {
     if (camera.depth) {
       overrideRanges(camera.errors, arguments);
     }

@@ -4,7 +4,7 @@
 #include <memory>
 #include <numbers>
 
-#include "sim/camera.h"
+#include "frame/camera.h"
 #include "sim/scene.h"
 #include "sim/worlds/outdoor.h"
 

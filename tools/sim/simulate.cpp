@@ -30,7 +30,7 @@ struct TrueCloud {
 
 /// A camera at work.
 struct Eye {
-  const CameraModel* model;
+  const SimCamera* model;
   RayGrid grid;
   Scan scan;
   LabelImage labels;
@@ -111,7 +111,7 @@ Drive makeDrive(const Scene& scene, const SimOptions& options) {
   if (options.sensors.lidar) {
     drive.lidar = lidarGrid(*options.sensors.lidar);
   }
-  for (const CameraModel& camera : options.sensors.cameras) {
+  for (const SimCamera& camera : options.sensors.cameras) {
     drive.eyes.push_back({&camera, cameraGrid(camera), {}, {}, {}});
   }
   const auto palette = worldLabels(scene.world);
@@ -242,9 +242,9 @@ void labelCloud(TrueCloud& cloud, const Drive& drive, const Scan& scan, std::siz
 
 /// For each pixel the nearest return around it, m; infinite where there is none. Returns behind it may be hidden from
 /// the camera and would get the label of what hides them.
-std::vector<float> nearestReturns(const CameraModel& camera, const TrueCloud& returns) {
+std::vector<float> nearestReturns(const SimCamera& camera, const TrueCloud& returns) {
   constexpr int kReach = 3;  // pixels: the gaps between beams
-  const int width = camera.width, height = camera.height;
+  const int width = camera.model.width, height = camera.model.height;
   std::vector<float> nearest(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
                              std::numeric_limits<float>::infinity());
   for (const Point& p : returns.points) {
@@ -305,6 +305,34 @@ TrueCloud labelThroughCameras(const TrueCloud& returns, const std::vector<Eye>& 
   return cloud;
 }
 
+/// Whether the camera sees an object at the pixel of a point, or beside it.
+bool seesObject(const Eye& eye, const Point& p, std::int32_t object) {
+  const auto pixel = project(*eye.model, Vec3(p.x, p.y, p.z));
+  for (int k = 0; pixel && k < 9; ++k) {
+    const int x = pixel->x + k % 3 - 1, y = pixel->y + k / 3 - 1;
+    if (x >= 0 && y >= 0 && x < eye.grid.width && y < eye.grid.height && eye.scan.object[eye.grid.at(x, y)] == object) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// All of the LiDAR's returns; those on an object that a camera sees there get what the segmenter of images says of the
+/// object, the others 0.
+TrueCloud labelPerfectly(TrueCloud returns, const Drive& drive, std::size_t frame) {
+  const std::vector<ClassId> names =
+      objectLabels(drive.scene.world, drive.options.image_labels, drive.options.seed, frame);
+  for (std::size_t i = 0; i < returns.points.size(); ++i) {
+    Point& p = returns.points[i];
+    const std::int32_t object = returns.objects[i];
+    const auto sees = [&](const Eye& eye) { return seesObject(eye, p, object); };
+    if (object >= 0 && std::ranges::any_of(drive.eyes, sees)) {
+      p.label = names[static_cast<std::size_t>(object)];
+    }
+  }
+  return returns;
+}
+
 /// The points of a depth camera with the labels of their pixels.
 TrueCloud pointsOf(const Eye& eye) {
   TrueCloud cloud;
@@ -350,7 +378,8 @@ Sensed sense(Drive& drive, RayCaster& caster, std::size_t frame, Micros utime_us
     labelCloud(returns, drive, scan, frame);
     sensed.semantic = std::move(returns);
   } else {
-    sensed.semantic = labelThroughCameras(returns, drive.eyes);
+    sensed.semantic =
+        options.perfect_transfer ? labelPerfectly(returns, drive, frame) : labelThroughCameras(returns, drive.eyes);
     sensed.lidar = std::move(returns);
   }
   return sensed;
@@ -427,7 +456,8 @@ std::string writeRigBeside(const std::filesystem::path& log, const SensorSuite& 
   if (sensors.cameras.empty()) {
     return "";
   }
-  return writeRig(sensors.cameras, (log.parent_path() / (log.stem().string() + ".rig.toml")).string());
+  return writeRig(sensors.cameras, sensors.lidar.has_value(),
+                  (log.parent_path() / (log.stem().string() + ".rig.toml")).string());
 }
 
 /// Writes the log of the drive, and fills `result`. Returns an error line, empty when done.

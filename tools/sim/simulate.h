@@ -20,7 +20,7 @@ namespace hgg {
 /// LiDAR's points get their labels from the images.
 struct SensorSuite {
   std::optional<LidarModel> lidar;
-  std::vector<CameraModel> cameras;
+  std::vector<SimCamera> cameras;
 };
 
 struct SimOptions {
@@ -37,6 +37,7 @@ struct SimOptions {
   bool motion_distortion = false;  // the LiDAR sweeps during the time before the frame's
   double gait_deg = 0;             // the body rolls and pitches as it walks
   bool semantic_cloud = true;      // with cameras: LIDAR_SEMANTIC too, as a mapper would make it from the rest
+  bool perfect_transfer = false;   // of that cloud: each return a camera sees has what the segmenter says of its object
   bool walk_grid = true;           // the truth of where one can walk, see WalkGrid
   int threads = 1;
 };
