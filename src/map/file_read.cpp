@@ -16,7 +16,9 @@ namespace hgg {
 namespace {
 
 constexpr std::uint32_t kVersionWithoutConstraints = 2, kVersionWithoutClasses = 1;
-constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
+/// A small file must not unpack into all memory. Maps shrink to a half or a third; a payload may be this many times its
+/// file, and so many bytes in any case. No map is larger than the last of them.
+constexpr std::size_t kMostUnpacking = 64, kFreePayload = std::size_t{64} << 20, kMaxPayload = std::size_t{8} << 30;
 
 /// Constraints without what is expected of them.
 constexpr std::uint32_t kVersionWithoutExpected = 3, kVersionWithoutDelay = 4;
@@ -279,22 +281,42 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   return stored;
 }
 
-Result<std::string> decompress(std::string_view frames) {
-  std::string payload;
+/// The size of the payload as the frames claim it, so that it is known before anything is allocated.
+Result<std::size_t> claimedSize(std::string_view frames) {
+  using Size = Result<std::size_t>;
+  const std::size_t most = std::min(kMaxPayload, kFreePayload + kMostUnpacking * frames.size());
+  std::size_t claimed = 0;
   while (!frames.empty()) {
     const std::size_t packed = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
     if (ZSTD_isError(packed) != 0) {
-      return Result<std::string>::fail("truncated or corrupted (a block is incomplete)");
+      return Size::fail("truncated or corrupted (a block is incomplete)");
     }
     const unsigned long long size = ZSTD_getFrameContentSize(frames.data(), packed);
-    if (size == 0 || size > kMapFrameBytes || payload.size() > kMaxPayload) {
-      return Result<std::string>::fail("corrupted (a block has an impossible size)");
+    if (size == 0 || size > kMapFrameBytes) {
+      return Size::fail("corrupted (a block has an impossible size)");
     }
-    const std::size_t at = payload.size();
-    payload.resize(at + static_cast<std::size_t>(size));
-    if (ZSTD_decompress(payload.data() + at, static_cast<std::size_t>(size), frames.data(), packed) != size) {
+    claimed += static_cast<std::size_t>(size);
+    if (claimed > most) {
+      return Size::fail("corrupted (it claims to hold more than a map of its size can)");
+    }
+    frames.remove_prefix(packed);
+  }
+  return Size::ok(claimed);
+}
+
+Result<std::string> decompress(std::string_view frames) {
+  const Result<std::size_t> claimed = claimedSize(frames);
+  if (!claimed) {
+    return Result<std::string>::fail(claimed.error);
+  }
+  std::string payload(*claimed, '\0');
+  for (std::size_t at = 0; !frames.empty();) {
+    const std::size_t packed = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
+    const auto size = static_cast<std::size_t>(ZSTD_getFrameContentSize(frames.data(), packed));
+    if (ZSTD_decompress(payload.data() + at, size, frames.data(), packed) != size) {
       return Result<std::string>::fail("corrupted (a block fails its checksum)");
     }
+    at += size;
     frames.remove_prefix(packed);
   }
   return Result<std::string>::ok(std::move(payload));
