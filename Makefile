@@ -8,7 +8,7 @@ ARGS ?=
 LINT_FLAGS ?=
 CXX_FILES = $(shell git ls-files 'src/*.cpp' 'src/*.h' 'tools/*.cpp' 'tools/*.h' 'tests/*.cpp' 'tests/*.h' 'bench/*.cpp' 'bench/*.h')
 
-.PHONY: help demo test test-sanitize kitti live crash bench evaluate deps build format lint clean
+.PHONY: help demo test test-sanitize kitti live crash endurance bench evaluate deps build format lint clean
 
 help:  ## show this list
 	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 16
@@ -31,6 +31,10 @@ live: build  ## play a log over real LCM, loopback only, and hold the map agains
 
 crash: build  ## kill a live run 200 times and see that its map is there
 	tests/crash_test.py 200 $(BUILD) $(BUILD)/crash
+
+endurance: build  ## map 100 km of a simulated ring road under a budget of 64 MB; plots memory against the way
+	$(BUILD)/hgg-endurance --kilometres 100 --budget-mb 64 --out $(BUILD)/endurance
+	tools/endurance/plot.py $(BUILD)/endurance $(BUILD)/endurance/memory.png
 
 bench: build  ## time the stages
 	$(BUILD)/hgg_bench

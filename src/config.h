@@ -77,6 +77,10 @@ struct MapConfig {
   double snapshot_s = 5.0;
 };
 
+struct MemoryConfig {
+  double budget_mb = 256.0;
+};
+
 struct CorrectionConfig {
   bool window = false;
   bool em = true;
@@ -125,6 +129,7 @@ struct Config {
   CreationConfig creation;
   AlignmentConfig alignment;
   MapConfig map;
+  MemoryConfig memory;
   CorrectionConfig correction;
   TraversabilityConfig traversability;
   AblationConfig ablation;

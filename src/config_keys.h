@@ -117,6 +117,12 @@ void visitMap(Section& c, Visitor& visit) {
 }
 
 template <typename Section, typename Visitor>
+void visitMemory(Section& c, Visitor& visit) {
+  visit("memory", "budget_mb", c.budget_mb,
+        KeyDoc{1, 1000000, "MB", "memory of the map: when it would take more, far parts go to disk"});
+}
+
+template <typename Section, typename Visitor>
 void visitCorrection(Section& c, Visitor& visit) {
   visit("correction", "window", c.window,
         KeyDoc{0, 0, "", "refine the poses of the last keyframes by the objects seen from them"});
@@ -181,6 +187,7 @@ void visitConfig(ConfigType& c, Visitor&& visit) {
   visitCreation(c.creation, visit);
   visitAlignment(c.alignment, visit);
   visitMap(c.map, visit);
+  visitMemory(c.memory, visit);
   visitCorrection(c.correction, visit);
   visitTraversability(c.traversability, visit);
   visitAblation(c.ablation, visit);

@@ -8,6 +8,7 @@
 
 #include "core/text.h"
 #include "map/file.h"
+#include "map/map_store.h"
 #include "output.h"
 
 namespace hgg {
@@ -33,19 +34,19 @@ void removeTemporaries(const std::string& directory) {
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
     const std::string name = entry.path().filename().string();
-    const bool is_ours = name.starts_with("map.hgg.") || name.starts_with(fmt::format("{}.", kSnapshotFile)) ||
-                         name.starts_with("trajectory.tum.");
+    const bool is_ours =
+        name.starts_with("map.hgg.") || name.starts_with("recovered") || name.starts_with("trajectory.tum.");
     if (is_ours && name.ends_with(".tmp")) {
       fs::remove(entry.path(), error);
     }
   }
 }
 
-/// recovered, recovered-2, ...: the first that neither a map nor a trajectory has; empty when all are taken.
+/// recovered, recovered-2, ...: the first that nothing has; empty when all are taken.
 std::string freeName(const std::string& directory) {
   for (int k = 1; k <= kMostRecovered; ++k) {
     std::string name = directory + (k == 1 ? "/recovered" : fmt::format("/recovered-{}", k));
-    if (!fs::exists(name + ".hgg") && !fs::exists(name + ".tum")) {
+    if (!fs::exists(name + ".hgg") && !fs::exists(name + ".tum") && !fs::exists(name + ".db")) {
       return name;
     }
   }
@@ -81,8 +82,9 @@ bool correctTrajectory(const std::string& part, const std::string& corrected, co
 Result<std::string> keepLeftovers(const std::string& directory, bool is_resumed) {
   using Kept = Result<std::string>;
   removeTemporaries(directory);
-  const std::string snapshot = fmt::format("{}/{}", directory, kSnapshotFile);
-  if (!fs::exists(snapshot)) {
+  const std::string journal = fmt::format("{}/{}", directory, kJournalFile);
+  if (!fs::exists(journal) || isEmptyMapStore(journal)) {
+    removeMapStore(journal);
     return Kept::ok({});
   }
   const std::string name = freeName(directory);
@@ -90,29 +92,29 @@ Result<std::string> keepLeftovers(const std::string& directory, bool is_resumed)
     return Kept::fail(fmt::format("{}: {} runs that were killed left recovered*.hgg and .tum here; move them away",
                                   directory, kMostRecovered));
   }
-  const Result<StoredMap> stored = loadMap(snapshot);
+  const Result<StoredMap> stored = loadMap(journal);
   if (stored) {
     correctTrajectory(fmt::format("{}/{}", directory, kTrajectoryPart), name + ".tum", stored->map.keyframes(), true);
   }
   if (is_resumed) {
     return Kept::ok(fmt::format("an earlier run into {} was killed: going on from what it had mapped", directory));
   }
-  std::error_code error;
-  fs::rename(snapshot, name + ".hgg", error);
-  if (error) {
-    return Kept::fail(fmt::format("{}: cannot be kept as {}.hgg: {}", snapshot, name, error.message()));
+  const std::string error = stored ? saveMap(stored->map, name + ".hgg") : moveMapStore(journal, name + ".db");
+  if (!error.empty()) {
+    return Kept::fail(fmt::format("what a killed run left in {} cannot be kept: {}", journal, error));
   }
-  return Kept::ok(fmt::format("an earlier run into {} was killed: what it had mapped is kept as {}.hgg{}", directory,
-                              name, stored ? fmt::format(" ({} nodes)", stored->map.nodes().size()) : ", damaged"));
+  removeMapStore(journal);
+  return Kept::ok(fmt::format("an earlier run into {} was killed: what it had mapped is kept as {}", directory,
+                              stored ? fmt::format("{}.hgg ({} nodes)", name, stored->map.nodes().size())
+                                     : fmt::format("{}.db, damaged: {}", name, stored.error)));
 }
 
 std::string lastMapIn(const std::string& directory) {
-  for (const char* name : {kSnapshotFile, "map.hgg"}) {
-    if (std::string path = fmt::format("{}/{}", directory, name); fs::exists(path)) {
-      return path;
-    }
+  const std::string journal = fmt::format("{}/{}", directory, kJournalFile), map = directory + "/map.hgg";
+  if (fs::exists(journal) && !isEmptyMapStore(journal)) {
+    return journal;
   }
-  return {};
+  return fs::exists(map) ? map : std::string();
 }
 
 }  // namespace hgg

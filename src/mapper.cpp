@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -132,8 +133,8 @@ StepReport Mapper::step(const Frame& frame) {
     const bool is_jump = (prediction.is_start && !prediction.is_unknown) || report.tracking == Tracking::kRecovered;
     report.T_last_body = tracker_.motionTo(alignment.pose.T_map_body);
     const Pose T_last_body = report.T_last_body.value_or(Pose::Identity());
-    const auto keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
-                                                    tracker_.odometry().noiseOf(T_last_body));
+    const KeyframeDecision keyframe = corrector_.decideKeyframe(map_, local, alignment, T_last_body, is_jump,
+                                                                tracker_.odometry().noiseOf(T_last_body));
     const std::shared_ptr<FreeSpace> free = freeSpaceOf(frame, alignment);
     keepViews(alignment.pairs, map_, local, alignment.pose.T_map_body, classes_, config_);
     MapDelta updated = follow(free, local, alignment, taken, report);
@@ -142,7 +143,7 @@ StepReport Mapper::step(const Frame& frame) {
     updated = joined(std::move(updated), update(frame, local, alignment, *free, keyframe));
     clock.lap("update");
     const int loops_before = corrector_.loops().accepted();
-    Correction correction = corrector_.correct(map_, std::move(updated), keyframe.has_value(), local, alignment);
+    Correction correction = corrector_.correct(map_, std::move(updated), keyframe, local, alignment);
     clock.lap("correction");
     tracker_.accept(frame, alignment, alignment.pose, config_.alignment);
     tracker_.moveTo(correction.pose);
@@ -179,8 +180,11 @@ Prediction Mapper::propagate(const Frame& frame, MapDelta& delta) {
   if (prediction.is_start) {
     tracker_.startAt(frame, prediction.pose);
   }
-  const MapDelta back = corrector_.bringBackAround(map_, prediction.pose.T_map_body.translation());
-  delta = joined(std::move(delta), back);
+  const Vec3 here = prediction.pose.T_map_body.translation();
+  delta = joined(std::move(delta), corrector_.bringBackAround(map_, here));
+  if (prediction.is_start) {
+    delta = joined(std::move(delta), corrector_.makeRoom(map_, here, std::numeric_limits<std::size_t>::max()));
+  }
   return prediction;
 }
 
@@ -239,7 +243,7 @@ MapDelta Mapper::follow(const std::shared_ptr<const FreeSpace>& free, LocalGraph
 }
 
 MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, const FreeSpace& free,
-                        const std::optional<NewKeyframe>& keyframe) {
+                        const KeyframeDecision& keyframe) {
   const Pose& T_map_body = alignment.pose.T_map_body;
   const std::optional<Pose> T_last_body = tracker_.motionTo(T_map_body);
   const double weight = T_last_body ? viewWeight(*T_last_body) : 1;
@@ -252,7 +256,8 @@ MapDelta Mapper::update(const Frame& frame, const LocalGraph& local, const Align
       classEvidence(local, map_, T_map_body, weight, config_.map.active_radius, config_.creation.sigma_floor,
                     config_.ablation.blind_to_free_space ? nullptr : &free);
   MapUpdate update = fuse(map_, local, T_map_body, alignment.pairs, evidence, classes_, config_, std::move(small));
-  update.keyframe = keyframe;
+  update.keyframe = keyframe.added;
+  update.taken_up = keyframe.taken_up;
   MapDelta delta = map_.apply(std::move(update));
   noteFedNodes(movers_, map_);
   return delta;
@@ -267,14 +272,15 @@ void Mapper::followFragment(int loops_before) {
 void Mapper::describePose(const Alignment& alignment, StepReport& report) const {
   report.T_map_body = tracker_.pose().T_map_body;
   report.T_map_odom = T_map_odom_;
-  report.keyframe = map_.keyframes().last();
-  report.T_keyframe_body = map_.keyframes().poses().back().T_map_body.inverse() * report.T_map_body;
+  report.keyframe = map_.keyframes().current();
+  report.T_keyframe_body = map_.keyframes().currentPose().T_map_body.inverse() * report.T_map_body;
   report.source = report.tracking == Tracking::kDoubtful || report.tracking == Tracking::kLost ? PoseSource::kOdometry
                                                                                                : alignment.source;
   report.odometry_fault = tracker_.odometryFault();
   report.fragment = fragment_;
   report.pose_cov = tracker_.pose().information.inverse();
   report.degenerate = static_cast<int>(alignment.degenerate_directions.size());
+  report.paging_trouble = corrector_.pages().trouble ? corrector_.pages().trouble() : "";
 }
 
 void Mapper::finish() {

@@ -31,6 +31,7 @@ struct StepReport {
   Mat6 pose_cov = Mat6::Zero();     // of T_map_body against the part of the map around it: m^2, rad^2
   std::optional<Pose> T_last_body;  // the motion since the last frame; nullopt unless the map has aligned both
   int degenerate = 0;               // directions in which it is odometry's
+  std::string paging_trouble;       // what is wrong with keeping far parts of the map; empty: nothing
   KeyframeId keyframe = -1;         // the pose moves with this one
   std::vector<std::pair<std::string, double>> stage_ms;  // in order of the pipeline
   std::size_t points = 0;                                // kept points
@@ -58,6 +59,12 @@ class Mapper {
   void finish();
 
   const Map& map() const { return map_; }
+  /// How what is paged out is read; empty where all of the map is in memory.
+  const PageReader& pageReader() const { return corrector_.pages().read; }
+  /// What has changed of the map since the last call, or all there is in memory, to be written (map/page_keeper.h).
+  /// Nothing is noted before trackChanges() was called.
+  void trackChanges() { map_.trackChanges(); }
+  MapChanges takeChanges(bool all) { return map_.takeChanges(all); }
   /// To be stored with the map.
   void setOdometryDelay(Micros delay_us) { map_.setOdometryDelay(delay_us); }
   const Config& config() const { return config_; }
@@ -77,7 +84,7 @@ class Mapper {
                   const std::vector<LocalObject>& taken, StepReport& report);
   /// The frame fused into the map.
   MapDelta update(const Frame& frame, const LocalGraph& local, const Alignment& alignment, const FreeSpace& free,
-                  const std::optional<NewKeyframe>& keyframe);
+                  const KeyframeDecision& keyframe);
   /// Whether a loop has joined the fragment to the first one.
   void followFragment(int loops_before);
   void describePose(const Alignment& alignment, StepReport& report) const;

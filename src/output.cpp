@@ -112,10 +112,7 @@ void OutputDirectory::discard() {
 
 std::string OutputDirectory::finish(const Mapper& mapper, const RunCounts& counts) {
   // The map first: it is what the drive was for.
-  std::vector<std::string> errors{saveMap(mapper.map(), path("map.hgg"))};
-  if (errors.front().empty()) {
-    std::remove(path(kSnapshotFile).c_str());
-  }
+  std::vector<std::string> errors{saveMap(mapper.map(), path("map.hgg"), mapper.pageReader())};
   trajectory_.close();
   const std::string part = path(kTrajectoryPart), corrected = path("trajectory.tum.tmp");
   if (trajectory_ && correctTrajectory(part, corrected, mapper.map().keyframes(), false) &&

@@ -5,7 +5,7 @@ set -euo pipefail
 packages=(
   build-essential cmake ninja-build pkg-config
   liblcm-dev liblcm-bin libglib2.0-dev                        # the bus (lcm.pc needs glib's)
-  libeigen3-dev libceres-dev libnanoflann-dev liboctomap-dev libzstd-dev
+  libeigen3-dev libceres-dev libnanoflann-dev liboctomap-dev libzstd-dev libsqlite3-dev
   libcli11-dev libtomlplusplus-dev libspdlog-dev libfmt-dev nlohmann-json3-dev
   libbz2-dev liblz4-dev libsqlite3-dev                        # hgg-convert: ROS bags
   wordnet-base                                                # nouns for queries; without it hggmap knows fewer words

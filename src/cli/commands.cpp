@@ -3,7 +3,7 @@
 namespace hgg {
 
 void addCommands(CLI::App& app, Action& action) {
-  for (const auto add : {addRun, addReplay, addExport, addAlign, addInfo, addPlan, addImport, addQuery}) {
+  for (const auto add : {addRun, addReplay, addExport, addAlign, addMerge, addInfo, addPlan, addImport, addQuery}) {
     add(app, action);
   }
 }

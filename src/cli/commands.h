@@ -12,6 +12,7 @@ void addReplay(CLI::App& app, Action& action);
 void addExport(CLI::App& app, Action& action);
 void addAlign(CLI::App& app, Action& action);
 void addInfo(CLI::App& app, Action& action);
+void addMerge(CLI::App& app, Action& action);
 void addPlan(CLI::App& app, Action& action);
 void addImport(CLI::App& app, Action& action);
 void addQuery(CLI::App& app, Action& action);

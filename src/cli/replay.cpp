@@ -7,6 +7,7 @@
 
 #include "cli/commands.h"
 #include "cli/progress_bar.h"
+#include "map/page_keeper.h"
 
 namespace hgg {
 namespace {
@@ -40,7 +41,8 @@ int replay(const ReplayOptions& o) {
   if (!out) {
     return fail(out.error);
   }
-  Mapper mapper(loaded->config, loaded->classes);
+  PageKeeper keeper(out->path("pages.db"), loaded->config.memory.budget_mb, 0, PageKeeper::Patience::kWaits);
+  Mapper mapper(loaded->config, loaded->classes, {}, LoopTiming::kFixed, keeper.store());
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
   };

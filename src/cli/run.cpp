@@ -11,7 +11,7 @@
 #include "core/units.h"
 #include "leftovers.h"
 #include "map/file.h"
-#include "snapshot.h"
+#include "map/page_keeper.h"
 
 namespace hgg {
 namespace {
@@ -73,28 +73,34 @@ int run(const RunOptions& o) {
   if (!out) {
     return fail(out.error);
   }
-  Mapper mapper(config, loaded->classes, std::move(*map), LoopTiming::kPrompt);
+  const double journal_s = config.map.snapshot_s;
+  PageKeeper keeper(out->path(journal_s > 0 ? kJournalFile : "pages.db"), config.memory.budget_mb, journal_s,
+                    PageKeeper::Patience::kPrompt);
+  Mapper mapper(config, loaded->classes, std::move(*map), LoopTiming::kPrompt, keeper.store());
+  mapper.trackChanges();
   if (!o.start.empty()) {
     Pose T_map_start = Pose::Identity();
     T_map_start.linear() = Eigen::AngleAxisd(o.start[2] * kDegree, Vec3::UnitZ()).toRotationMatrix();
     T_map_start.translation() << o.start[0], o.start[1], heightAt(mapper.map(), o.start[0], o.start[1]);
     mapper.startAt(T_map_start);
   }
-  SnapshotWriter snapshots(out->path(kSnapshotFile), config.map.snapshot_s);
   const auto on_frame = [&](const StepReport& report, const FrameTiming& timing) {
     out->add(report, timing, mapper.map());
-    snapshots.offer(mapper.map(), SnapshotWriter::Clock::now());
+    if (keeper.isDue(PageKeeper::Clock::now())) {
+      keeper.write(mapper.takeChanges(keeper.needsAll()));
+    }
   };
   const Result<RunCounts> counts = runLive(config, mapper, stop, on_frame, *rig);
   if (!counts) {
     out->discard();
     return fail(counts.error);
   }
-  snapshots.finish();  // before the map takes its place
+  keeper.beginToSave();
   mapper.finish();
   if (const std::string error = out->finish(mapper, *counts); !error.empty()) {
     return fail(error);
   }
+  keeper.discard();
   summarise(mapper, *counts, *out);
   return kDone;
 }

@@ -76,8 +76,8 @@ Deviations unknownShares(const Alignment& alignment) {
 
 KeyframeId nearestActive(const Map& map, const Vec3& p_map) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
-  KeyframeId nearest = map.keyframes().last();
-  for (KeyframeId k = nearest; k >= 0; --k) {
+  KeyframeId nearest = map.keyframes().current();
+  for (KeyframeId k = map.keyframes().last(); k >= 0; --k) {
     const auto distanceOf = [&](KeyframeId id) {
       return (poses[static_cast<std::size_t>(id)].T_map_body.translation() - p_map).norm();
     };
@@ -157,7 +157,7 @@ std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const 
                              std::max(expected.turn, 1e-6)};
   };
   const Deviations travelled{travel.sigma, travel.sigma_turn}, expected{travel.expected, travel.expected_turn};
-  const KeyframeId last = map.keyframes().last();
+  const KeyframeId last = map.keyframes().current();
   std::vector<BetweenConstraint> constraints;
   if (!travel.jumped) {
     constraints.push_back(constraintTo(last, travelled, expected));
@@ -182,8 +182,8 @@ std::vector<BetweenConstraint> betweenConstraints(const Pose& T_map_body, const 
 }
 
 BetweenConstraint looseConstraint(const Map& map, const Pose& T_map_body) {
-  const Pose T_last_body = map.keyframes().poses().back().T_map_body.inverse() * T_map_body;
-  return {map.keyframes().last(), -1, T_last_body, kAnywhere, kAnyTurn, false};
+  const Pose T_last_body = map.keyframes().currentPose().T_map_body.inverse() * T_map_body;
+  return {map.keyframes().current(), -1, T_last_body, kAnywhere, kAnyTurn, false};
 }
 
 }  // namespace hgg

@@ -18,6 +18,13 @@ constexpr std::size_t kMostMerged = 200;
 /// Pages leave only from this many times the distance at which they are brought back, so that none goes to and fro, and
 /// what the sliding windows still use stays.
 constexpr double kKeepMargin = 1.5;
+/// A keyframe is taken up again while the way since the last one is known this much better than parts of the map that
+/// are matched have to be.
+constexpr double kHeldShare = 0.5;
+/// Pages that lie so much beyond what is brought back are read ahead, m: several frames' way.
+constexpr double kReadAhead = 20;
+/// Pages that leave at one keyframe at most: a millisecond's work.
+constexpr std::size_t kMostLeaving = 6;
 
 /// The belief after the map frame's part around it has been moved by a rigid transform.
 PoseBelief moved(const Pose& move, PoseBelief pose) {
@@ -35,7 +42,9 @@ Corrector::Corrector(const Config& config, const ClassTable& classes, LoopTiming
       classes_(classes),
       pages_(std::move(pages)),
       loops_(loopConfigOf(config.creation.tile_size, config.map.leaf_size, config.alignment.gate), classes.similar(),
-             timing) {}
+             timing) {
+  pages_.keep_radius = std::max(pages_.keep_radius, kKeepMargin * residentRadius());
+}
 
 void Corrector::start(const Map& stored) {
   if (config_.correction.loop_closure) {
@@ -58,22 +67,41 @@ double Corrector::residentRadius() const {
 MapDelta Corrector::bringBackAround(Map& map, const Vec3& p_map) {
   MapDelta delta = bringBack(map, pages_, p_map, residentRadius());
   notePending(delta);
+  if (pages_.prefetch) {
+    pages_.prefetch(map.pagedOutNear(p_map, residentRadius() + kReadAhead));
+  }
   return delta;
 }
 
-std::optional<NewKeyframe> Corrector::decideKeyframe(const Map& map, const LocalGraph& local,
-                                                     const Alignment& alignment, const Pose& T_last_body, bool is_jump,
-                                                     const NoiseScale& odometry) {
+MapDelta Corrector::makeRoom(Map& map, const Vec3& p_map, std::size_t most) {
+  if (!pages_.isOpen()) {
+    return {};
+  }
+  return !pages_.has_room || pages_.has_room()
+             ? pageOutBeyond(map, pages_, p_map, pending_merges_, most)
+             : dropDetailBeyond(map, pages_, p_map, pending_merges_, config_.map.leaf_size, most);
+}
+
+KeyframeDecision Corrector::decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,
+                                           const Pose& T_last_body, bool is_jump, const NoiseScale& odometry) {
   const double leaf_size = config_.map.leaf_size;
   const Pose& T_map_body = alignment.pose.T_map_body;
   ++frames_;
   travel_ = propagateTravel(travel_, T_last_body, alignment, is_jump, scaled(config_.alignment, odometry), leaf_size);
   if (!map.keyframes().needsOne(T_map_body)) {
-    return std::nullopt;
+    return {};
+  }
+  const bool is_held =
+      alignment.leaf_pairs > 0 && !is_jump && travel_.sigma < kHeldShare * config_.correction.drift_reach;
+  if (const KeyframeId again = is_held ? map.keyframeAt(T_map_body) : -1; again >= 0) {
+    // Where the map leaves directions to odometry, what that may be off goes on adding up.
+    travel_ = alignment.degenerate_directions.empty() ? Travel{} : travel_;
+    return {std::nullopt, again};
   }
   const Travel travel = std::exchange(travel_, {});
-  return NewKeyframe{{local.utime_us, T_map_body},
-                     betweenConstraints(T_map_body, map, local, alignment, travel, leaf_size)};
+  return {NewKeyframe{{local.utime_us, T_map_body},
+                      betweenConstraints(T_map_body, map, local, alignment, travel, leaf_size)},
+          -1};
 }
 
 MapDelta Corrector::beginFragment(Map& map, Micros utime_us, const Pose& T_map_body) {
@@ -89,40 +117,52 @@ MapDelta Corrector::beginFragment(Map& map, Micros utime_us, const Pose& T_map_b
   return map.apply(std::move(update));
 }
 
-Correction Corrector::correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local,
+Correction Corrector::correct(Map& map, MapDelta updated, const KeyframeDecision& keyframe, const LocalGraph& local,
                               const Alignment& alignment) {
   notePending(updated);
   Correction correction{std::move(updated), alignment.pose};
   mergePending(map, correction);
-  if (!is_keyframe) {
+  if (!keyframe.added && keyframe.taken_up < 0) {
     return correction;
   }
-  if (config_.correction.window) {
+  if (config_.correction.window && keyframe.added) {
     refinePoses(map, local, alignment, correction);
   }
-  if (config_.correction.em) {
+  if (config_.correction.em && keyframe.added) {
     refineLeaves(map, local, alignment, correction);
   }
   if (config_.correction.loop_closure) {
     closeLoop(map, correction);
   }
-  const MapDelta left = pageOutBeyond(map, pages_, correction.pose.T_map_body.translation(), pending_merges_);
-  correction.delta = joined(std::move(correction.delta), left);
+  const Vec3 here = correction.pose.T_map_body.translation();
+  correction.delta = joined(std::move(correction.delta), makeRoom(map, here, kMostLeaving));
   frames_ = 0;
   return correction;
 }
 
 Correction Corrector::finish(Map& map, const PoseBelief& pose) {
   Correction correction{{}, pose};
-  notePending(bringBack(map, pages_, Vec3::Zero(), std::numeric_limits<double>::infinity()));
+  if (!pages_.read) {
+    notePending(bringBack(map, pages_, Vec3::Zero(), std::numeric_limits<double>::infinity()));
+  }
   if (const auto loop = loops_.finish(map)) {
     apply(map, *loop, correction);
   }
-  while (!pending_merges_.empty()) {
-    mergePending(map, correction);
+  mergeAll(map, correction);
+  for (const KeyframeId id : map.pagedOutStale()) {
+    const Vec3 there = map.keyframes().poses()[static_cast<std::size_t>(id)].T_map_body.translation();
+    bringBackInto(correction, map, there, 0);
+    mergeAll(map, correction);
+    makeRoom(map, correction.pose.T_map_body.translation(), std::numeric_limits<std::size_t>::max());
   }
   correction.delta = joined(std::move(correction.delta), map.apply(mergeSecondNodes(map, classes_, config_)));
   return correction;
+}
+
+void Corrector::mergeAll(Map& map, Correction& correction) {
+  while (!pending_merges_.empty()) {
+    mergePending(map, correction);
+  }
 }
 
 void Corrector::refinePoses(Map& map, const LocalGraph& local, const Alignment& alignment, Correction& correction) {
@@ -147,11 +187,11 @@ void Corrector::closeLoop(Map& map, Correction& correction) {
   if (const auto loop = loops_.step(map)) {
     apply(map, *loop, correction);
   }
-  for (const LoopKeyframe& keyframe : loops_.picked()) {
+  for (const LoopKeyframe& keyframe : pages_.read ? std::vector<LoopKeyframe>() : loops_.picked()) {
     const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(keyframe.id)].T_map_body;
     bringBackInto(correction, map, T_map_keyframe.translation(), loops_.placeRadius());
   }
-  loops_.startVerification(map);
+  loops_.startVerification(map, pages_.read);
 }
 
 void Corrector::bringBackInto(Correction& correction, Map& map, const Vec3& centre, double radius) {
@@ -161,12 +201,12 @@ void Corrector::bringBackInto(Correction& correction, Map& map, const Vec3& cent
 }
 
 void Corrector::apply(Map& map, const MapCorrection& moves, Correction& correction) {
-  const Pose T_map_keyframe = map.keyframes().poses().back().T_map_body;
+  const Pose T_map_keyframe = map.keyframes().currentPose().T_map_body;
   const MapDelta delta = map.apply(moves);
   correction.delta = joined(std::move(correction.delta), delta);
   notePending(delta);
   mergePending(map, correction);
-  const Pose move = orthonormalized(map.keyframes().poses().back().T_map_body * T_map_keyframe.inverse());
+  const Pose move = orthonormalized(map.keyframes().currentPose().T_map_body * T_map_keyframe.inverse());
   correction.pose = moved(move, correction.pose);
 }
 

@@ -24,6 +24,12 @@ struct Correction {
   PoseBelief pose;  // of the present frame: it moves rigidly with the last keyframe
 };
 
+/// Whether a frame becomes a keyframe, or takes one up again that is there.
+struct KeyframeDecision {
+  std::optional<NewKeyframe> added;
+  KeyframeId taken_up = -1;
+};
+
 /// The correction stage. It decides which frames become keyframes, and at each keyframe corrects the map in turn by
 ///   the pose window     (eq. fgo):           poses of the last keyframes,
 ///   the geometry window (eqs e-step, m-step): leaves of the nodes they saw,
@@ -43,11 +49,18 @@ class Corrector {
   /// Brings back what a frame at `p_map` may meet. Call it before the frame is aligned.
   MapDelta bringBackAround(Map& map, const Vec3& p_map);
 
-  /// Whether an aligned frame becomes a keyframe, and with which constraints. Call it once for each frame, before the
+  /// Pages out what is far from `p_map` while the map is larger than its budget, no more than `most` pages; where the
+  /// store takes none, detail is given up.
+  MapDelta makeRoom(Map& map, const Vec3& p_map, std::size_t most);
+  /// The door to what is out of memory.
+  const PageStore& pages() const { return pages_; }
+
+  /// Whether an aligned frame becomes a keyframe, and with which constraints, or is at an older one that is taken up
+  /// again, so that a map that is driven through again and again does not grow. Call it once for each frame, before the
   /// map update that carries it. T_last_body is the motion since the last frame; `is_jump`: odometry gave no usable
   /// one.
-  std::optional<NewKeyframe> decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,
-                                            const Pose& T_last_body, bool is_jump, const NoiseScale& odometry);
+  KeyframeDecision decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,
+                                  const Pose& T_last_body, bool is_jump, const NoiseScale& odometry);
 
   /// The robot is somewhere unknown: begins a new fragment of map at a keyframe that is tied to the last one as loosely
   /// as that. Everything from before is out of reach until loop closure recognises it.
@@ -56,11 +69,12 @@ class Corrector {
   bool canJoinFragments() const { return config_.correction.loop_closure; }
 
   /// Corrects the map after a frame's update, `updated` being what that changed. Without a keyframe only pending merges
-  /// are worked off.
-  Correction correct(Map& map, MapDelta updated, bool is_keyframe, const LocalGraph& local, const Alignment& alignment);
+  /// are worked off; at one that was taken up again windows are left alone, too.
+  Correction correct(Map& map, MapDelta updated, const KeyframeDecision& keyframe, const LocalGraph& local,
+                     const Alignment& alignment);
 
   /// At the end of a drive, before the map is stored: waits for the loop that is being verified and works off all
-  /// pending merges. `pose` is that of the last frame.
+  /// pending merges. `pose` is that of the last frame. What is out of memory stays there if it can be read from there.
   Correction finish(Map& map, const PoseBelief& pose);
 
   const LoopCloser& loops() const { return loops_; }
@@ -79,6 +93,7 @@ class Corrector {
   void notePending(const MapDelta& delta);
   /// Merges the first of all that wait.
   void mergePending(Map& map, Correction& correction);
+  void mergeAll(Map& map, Correction& correction);
 
   Config config_;
   ClassTable classes_;

@@ -15,7 +15,7 @@ namespace hgg {
 namespace {
 
 /// The number of keyframes after which a verification's result is taken.
-constexpr KeyframeId kResultAfter = 2;
+constexpr std::int64_t kResultAfter = 2;
 constexpr std::size_t kMostRecords = 1000;
 /// Stored keyframes that are nearer to each other than this share of the descriptor's radius share a descriptor.
 constexpr double kSamePlaceShare = 0.2;
@@ -53,6 +53,14 @@ MapCorrection correctionOf(const std::vector<Pose>& moves, const Map& map, std::
     }
   }
   return correction;
+}
+
+/// A graph of this many keyframes is copied when a loop is looked at, so that it is solved on the spot when that is
+/// recognised. Of a larger one the copy would hold up the frame: it waits until there is something to solve.
+constexpr std::size_t kCopiedAhead = 2000;
+
+std::optional<KeyframeGraph> copyToSolve(const KeyframeGraph& graph) {
+  return graph.poses().size() <= kCopiedAhead ? std::optional(graph) : std::nullopt;
 }
 
 /// Whether the pose graph has found poses at all and gives each of the newest loops enough weight.
@@ -129,10 +137,10 @@ LoopRecord failedRecord(Micros before_us, Micros now_us, const std::exception& e
 
 }  // namespace
 
-LoopCloser::Outcome LoopCloser::verify(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
+LoopCloser::Outcome LoopCloser::verify(const std::vector<LoopCandidate>& candidates, std::optional<KeyframeGraph> graph,
                                        const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
   const auto& [found, candidate] = recognise(candidates, similar, config);
-  Outcome outcome{{found.loop, found.deviations}, found.alignment.accepted, {}, {}};
+  Outcome outcome{{found.loop, found.deviations}, found.alignment.accepted, {}, {}, true};
   outcome.record = {candidate->keyframe_before.utime_us,
                     candidate->keyframe_now.utime_us,
                     found.alignment.accepted,
@@ -144,10 +152,13 @@ LoopCloser::Outcome LoopCloser::verify(const std::vector<LoopCandidate>& candida
     outcome.record.accepted = false;
     outcome.record.reason = "farther off than drift allows: " + outcome.record.reason;
   }
-  if (!outcome.record.accepted) {
-    return outcome;
-  }
-  outcome.moves = movesBy(std::move(graph), {&found.loop, 1});
+  outcome.is_laid_out = graph.has_value() || !outcome.record.accepted;
+  return outcome.is_laid_out && outcome.record.accepted ? layOut(std::move(outcome), std::move(*graph)) : outcome;
+}
+
+LoopCloser::Outcome LoopCloser::layOut(Outcome outcome, KeyframeGraph graph) {
+  outcome.is_laid_out = true;
+  outcome.moves = movesBy(std::move(graph), {&outcome.verified.loop, 1});
   if (outcome.moves.empty()) {
     outcome.record.accepted = false;
     outcome.record.reason = "the other keyframes speak against it: " + outcome.record.reason;
@@ -155,21 +166,29 @@ LoopCloser::Outcome LoopCloser::verify(const std::vector<LoopCandidate>& candida
   return outcome;
 }
 
-LoopCloser::Outcome LoopCloser::verifySafely(const std::vector<LoopCandidate>& candidates, KeyframeGraph graph,
+LoopCloser::Outcome LoopCloser::verifySafely(const std::vector<LoopCandidate>& candidates,
+                                             std::optional<KeyframeGraph> graph,
                                              const std::vector<SimilarClasses>& similar, const LoopConfig& config) {
   try {
     return verify(candidates, std::move(graph), similar, config);
   } catch (const std::exception& error) {
     const LoopCandidate& first = candidates.front();
-    return {{}, false, failedRecord(first.keyframe_before.utime_us, first.keyframe_now.utime_us, error), {}};
+    return {{}, false, failedRecord(first.keyframe_before.utime_us, first.keyframe_now.utime_us, error), {}, true};
   }
 }
 
-bool LoopCloser::isVerificationDue(const Map& map) const {
-  if (!verification_.valid() || map.keyframes().last() < candidate_at_ + kResultAfter) {
+bool LoopCloser::isVerificationDue() const {
+  if (!verification_.valid() || steps_ < picked_at_ + kResultAfter) {
     return false;
   }
   return timing_ == LoopTiming::kFixed || verification_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+}
+
+void LoopCloser::describe(const Map& map) {
+  const KeyframeGraph& keyframes = map.keyframes();
+  const Vec3 here = keyframes.currentPose().T_map_body.translation();
+  descriptors_.resize(keyframes.poses().size());
+  descriptors_[static_cast<std::size_t>(keyframes.current())] = describePlace(map, here, config_.descriptor_radius);
 }
 
 void LoopCloser::start(const Map& stored) {
@@ -187,21 +206,27 @@ void LoopCloser::start(const Map& stored) {
 }
 
 std::optional<MapCorrection> LoopCloser::step(const Map& map) {
-  const Vec3 here = map.keyframes().poses().back().T_map_body.translation();
-  descriptors_.resize(map.keyframes().poses().size());
-  descriptors_.back() = describePlace(map, here, config_.descriptor_radius);
-  auto correction = isVerificationDue(map) ? finish(map) : std::nullopt;
+  ++steps_;
+  describe(map);
+  auto correction = isVerificationDue() ? take(map, false) : std::nullopt;
   if (!correction && !verification_.valid()) {
-    picked_ = findLoopKeyframes(map, descriptors_, config_);
+    picked_ = findLoopKeyframes(map, descriptors_, config_, search_);
   }
   return correction;
 }
 
-std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
+std::optional<MapCorrection> LoopCloser::take(const Map& map, bool is_last) {
   if (!verification_.valid()) {
     return std::nullopt;
   }
   Outcome outcome = verification_.get();
+  if (!outcome.is_laid_out) {
+    picked_at_ = steps_;
+    verification_ = std::async(std::launch::async, [outcome = std::move(outcome), graph = map.keyframes()]() mutable {
+      return layOut(std::move(outcome), std::move(graph));
+    });
+    return is_last ? take(map, true) : std::nullopt;
+  }
   std::optional<MapCorrection> correction;
   if (outcome.is_recognised) {
     agreement_.add(outcome.verified);
@@ -217,6 +242,7 @@ std::optional<MapCorrection> LoopCloser::finish(const Map& map) {
   }
   if (correction) {
     agreement_.clear();
+    search_ = {};  // the loop has changed the drift
   }
   record(outcome.record);
   return correction;
@@ -251,23 +277,24 @@ void LoopCloser::record(const LoopRecord& record) {
   }
 }
 
-void LoopCloser::startVerification(const Map& map) {
+void LoopCloser::startVerification(const Map& map, const PageReader& pages) {
   const std::vector<LoopKeyframe> keyframes = std::exchange(picked_, {});
   try {
     std::vector<LoopCandidate> candidates;
     for (const LoopKeyframe& keyframe : keyframes) {
-      if (auto candidate = cutLoopCandidate(map, keyframe, config_)) {
+      if (auto candidate = cutLoopCandidate(map, keyframe, config_, pages)) {
         candidates.push_back(std::move(*candidate));
       }
     }
     if (!candidates.empty()) {
-      verification_ = std::async(std::launch::async,
-                                 [candidates = std::move(candidates), graph = map.keyframes(), similar = similar_,
-                                  config = config_] { return verifySafely(candidates, graph, similar, config); });
-      candidate_at_ = map.keyframes().last();
+      verification_ =
+          std::async(std::launch::async,
+                     [candidates = std::move(candidates), graph = copyToSolve(map.keyframes()), similar = similar_,
+                      config = config_] { return verifySafely(candidates, graph, similar, config); });
+      picked_at_ = steps_;
     }
   } catch (const std::exception& error) {  // no memory, no thread
-    const Micros now_us = map.keyframes().poses().back().utime_us;
+    const Micros now_us = map.keyframes().currentPose().utime_us;
     record(failedRecord(now_us, now_us, error));
   }
 }

@@ -56,8 +56,28 @@ std::size_t pairBucket(ClassId a, ClassId b) {
   return ((low * 0x9E3779B1U) ^ (high * 0x85EBCA77U)) >> 28U;  // the upper bits know all of both
 }
 
+/// The inactive nodes around a place that are paged out, where they are now.
+void readPages(const Map& map, const Vec3& centre, double radius, const PageReader& pages,
+               std::vector<MapNode>& nodes) {
+  for (const KeyframeId id : map.pagedOutNear(centre, radius)) {
+    Result<MapPage> page = map.isActive(id) ? Result<MapPage>::fail("") : pages(id);
+    if (!page) {
+      continue;
+    }
+    const Pose& T_map_keyframe = map.keyframes().poses()[static_cast<std::size_t>(id)].T_map_body;
+    const Pose move = orthonormalized(T_map_keyframe * page->T_map_keyframe.inverse());
+    for (MapNode& node : page->nodes) {
+      moveBy(move, map.tileSize(), node);
+      if ((node.belief.mean - centre).norm() <= radius) {
+        nodes.push_back(std::move(node));
+        nodes.back().anchor = -1;
+      }
+    }
+  }
+}
+
 /// A map of its own that holds the active (or the inactive) nodes around a place.
-Map partOf(const Map& map, const Vec3& centre, double radius, bool active) {
+Map partOf(const Map& map, const Vec3& centre, double radius, bool active, const PageReader& pages = nullptr) {
   std::vector<MapNode> nodes;
   for (const NodeId id : map.nearAnywhere(centre, radius)) {
     const MapNode& node = *map.find(id);
@@ -65,6 +85,9 @@ Map partOf(const Map& map, const Vec3& centre, double radius, bool active) {
       nodes.push_back(node);
       nodes.back().anchor = -1;
     }
+  }
+  if (!active && pages) {
+    readPages(map, centre, radius, pages, nodes);
   }
   return Map::restore(std::move(nodes), {}, map.classNames(), 0);
 }
@@ -162,39 +185,115 @@ double similarityOf(const PlaceDescriptor& a, const PlaceDescriptor& b) {
   return product;
 }
 
+namespace {
+
+/// Keyframes that are looked at at a time, where there are more; and the drift from one of them is used for so many
+/// further ones.
+constexpr std::size_t kLookedAt = 2000;
+constexpr KeyframeId kDriftKept = 400;
+/// Keyframes this many places' radii away are always looked at.
+constexpr double kNearPlaces = 5;
+
+/// The keyframes to look at, ascending.
+std::vector<KeyframeId> lookedAt(const Map& map, const Vec3& here, const LoopConfig& config, LoopSearch& search) {
+  const std::size_t count = map.keyframes().poses().size();
+  std::vector<KeyframeId> ids;
+  if (count > kLookedAt) {
+    ids = map.keyframesNear(here, kNearPlaces * config.place_radius);
+    search.next = search.next < count ? search.next : 0;
+  } else {
+    search.next = 0;
+  }
+  const std::size_t end = std::min(search.next + kLookedAt, count);
+  for (std::size_t k = search.next; k < end; ++k) {
+    ids.push_back(static_cast<KeyframeId>(k));
+  }
+  search.next = end;
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  return ids;
+}
+
+/// Drift from the current keyframe to others.
+class DriftTo {
+ public:
+  DriftTo(const KeyframeGraph& keyframes, LoopSearch& search) : keyframes_(keyframes), search_(search) {
+    const KeyframeId current = keyframes.current();
+    const bool is_small = keyframes.poses().size() <= kLookedAt;
+    if (is_small || search.from < 0 || keyframes.last() - static_cast<KeyframeId>(search.drift.size()) >= kDriftKept) {
+      search.drift = keyframes.driftFrom(current, std::numeric_limits<double>::infinity());
+      search.from = current;
+    } else if (current != search.from) {
+      to_from_ = keyframes.driftFromTo(current, search.from);
+    }
+  }
+  /// Negative: nothing leads there.
+  Drift operator()(KeyframeId id) const {
+    const auto k = static_cast<std::size_t>(id);
+    if (k >= search_.drift.size() || search_.drift[k].position < 0 || to_from_.position < 0) {
+      return {-1, 0};
+    }
+    const Drift& beyond = search_.drift[k];
+    if (to_from_.position == 0) {
+      return beyond;
+    }
+    const auto placeOf = [&](KeyframeId at) -> Vec3 {
+      return keyframes_.poses()[static_cast<std::size_t>(at)].T_map_body.translation();
+    };
+    const double arm = (placeOf(id) - placeOf(search_.from)).norm();
+    return {std::hypot(to_from_.position + to_from_.turn * arm, beyond.position),
+            std::hypot(to_from_.turn, beyond.turn)};
+  }
+
+ private:
+  const KeyframeGraph& keyframes_;
+  const LoopSearch& search_;
+  Drift to_from_;
+};
+
+}  // namespace
+
 std::vector<LoopKeyframe> findLoopKeyframes(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                            const LoopConfig& config) {
+                                            const LoopConfig& config, LoopSearch& search) {
   const std::vector<TimedPose>& poses = map.keyframes().poses();
-  const Vec3 here = poses.back().T_map_body.translation();
+  const KeyframeId current = map.keyframes().current();
+  const Vec3 here = map.keyframes().currentPose().T_map_body.translation();
   if (isAllActive(map)) {
     return {};  // there is nothing to find again
   }
-  const auto drift = map.keyframes().driftFrom(map.keyframes().last(), std::numeric_limits<double>::infinity());
+  const DriftTo driftTo(map.keyframes(), search);
   std::vector<ScoredKeyframe> scored;
   bool is_drift_small = false;
-  for (std::size_t k = 0; k + 1 < poses.size(); ++k) {
+  for (const KeyframeId id : lookedAt(map, here, config, search)) {
+    if (map.isActive(id)) {
+      continue;
+    }
+    const auto k = static_cast<std::size_t>(id);
+    const Drift drift = driftTo(id);
     const double distance = (poses[k].T_map_body.translation() - here).norm();
-    const double allowed = kDriftBound * drift[k].position + config.pass_distance;
-    if (map.isActive(static_cast<KeyframeId>(k)) || drift[k].position < 0 || distance > allowed) {
+    const double allowed = kDriftBound * drift.position + config.pass_distance;
+    if (drift.position < 0 || distance > allowed) {
       continue;
     }
     const double nearness = 1 - distance / allowed;
-    const double likeness = k < descriptors.size() ? similarityOf(descriptors[k], descriptors.back()) : 0;
+    const double likeness =
+        k < descriptors.size() ? similarityOf(descriptors[k], descriptors[static_cast<std::size_t>(current)]) : 0;
     const bool is_near = allowed < config.place_radius;
     is_drift_small |= is_near;
-    scored.push_back({{static_cast<KeyframeId>(k), drift[k]}, is_near ? nearness : likeness});
+    scored.push_back({{id, drift}, is_near ? nearness : likeness});
   }
   return bestDistinct(poses, std::move(scored), is_drift_small ? 1 : kMostPlaces, config.place_radius / 2);
 }
 
-std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config) {
+std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config,
+                                              const PageReader& pages) {
   LoopCandidate candidate;
-  candidate.before_id = keyframe.id, candidate.now_id = map.keyframes().last();
+  candidate.before_id = keyframe.id, candidate.now_id = map.keyframes().current();
   candidate.keyframe_before = map.keyframes().poses()[static_cast<std::size_t>(keyframe.id)];
-  candidate.keyframe_now = map.keyframes().poses().back();
+  candidate.keyframe_now = map.keyframes().currentPose();
   const Vec3 here = candidate.keyframe_now.T_map_body.translation();
   const Vec3 there = candidate.keyframe_before.T_map_body.translation();
-  candidate.before = partOf(map, there, config.place_radius, false);
+  candidate.before = partOf(map, there, config.place_radius, false, pages);
   candidate.now = partOf(map, here, config.place_radius, true);
   candidate.drift = keyframe.drift;
   candidate.prior.centre_b = here;

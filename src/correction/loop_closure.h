@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "map/map.h"
+#include "map/paging.h"
 #include "place/zero_shot.h"
 
 namespace hgg {
@@ -62,16 +62,27 @@ struct LoopKeyframe {
   Drift drift;  // from it to the last one
 };
 
-/// The inactive keyframes that most likely show the place of the last one, of those that drift allows, best first: the
-/// nearest one where drift is small, else up to three that look most alike, all half a place apart. `descriptors` are
-/// those of the keyframes, the last one's at their end. Empty when drift allows none. Reads keyframes only: nodes need
-/// not be in memory.
-std::vector<LoopKeyframe> findLoopKeyframes(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
-                                            const LoopConfig& config);
+/// What finding loops keeps in mind, so that looking at a keyframe costs the same however many there are: the drift
+/// from a keyframe of some time ago, and which of the far keyframes come next.
+struct LoopSearch {
+  KeyframeId from = -1;
+  std::vector<Drift> drift;  // from it
+  std::size_t next = 0;
+};
 
-/// Copies the two parts of the map out, of `place_radius` around each keyframe, which must be in memory. nullopt when
-/// either has too few things.
-std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config);
+/// The inactive keyframes that most likely show the place of the current one, of those that drift allows, best first:
+/// the nearest one where drift is small, else up to three that look most alike, all half a place apart. `descriptors`
+/// are those of the keyframes. Empty when drift allows none. Reads keyframes only: nodes need not be in memory. Of more
+/// than some thousand keyframes those that lie near are looked at, and a share of the others in turn; the drift is then
+/// at most that of the way by way of `search.from`.
+std::vector<LoopKeyframe> findLoopKeyframes(const Map& map, const std::vector<PlaceDescriptor>& descriptors,
+                                            const LoopConfig& config, LoopSearch& search);
+
+/// Copies the two parts of the map out, of `place_radius` around each keyframe. The one around the current keyframe
+/// must be in memory; of the other, what is paged out is read by `pages`, and stays where it is. nullopt when either
+/// has too few things.
+std::optional<LoopCandidate> cutLoopCandidate(const Map& map, const LoopKeyframe& keyframe, const LoopConfig& config,
+                                              const PageReader& pages = nullptr);
 
 /// Aligns the two parts of a candidate without an initial pose, within what drift allows.
 LoopVerification verifyLoop(const LoopCandidate& candidate, std::span<const SimilarClasses> similar,

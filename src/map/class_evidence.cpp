@@ -196,7 +196,7 @@ std::vector<ClassEvidence> classEvidence(const LocalGraph& local, const Map& map
     }
   }
   std::vector<ClassEvidence> evidence;
-  const Variance here = free != nullptr ? varianceOf(map, map.keyframes().last()) : Variance{};
+  const Variance here = free != nullptr ? varianceOf(map, map.keyframes().current()) : Variance{};
   for (const NodeId id : map.near(T_map_body.translation(), radius)) {
     const MapNode& node = *map.find(id);
     if (node.stuff) {

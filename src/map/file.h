@@ -6,6 +6,7 @@
 
 #include "core/result.h"
 #include "map/map.h"
+#include "map/paging.h"
 
 namespace hgg {
 
@@ -54,12 +55,15 @@ std::string encodeMap(const StoredMap& stored);
 
 /// Writes `map` to `path` by way of a temporary file in the same directory and a rename, so that a reader or a power
 /// cut never meets half a map. Returns an error line, empty when done.
-std::string saveMap(const Map& map, const std::string& path);
+/// What is paged out is read by `pages`: it is written without being brought back, a few pages at a time. It is an
+/// error if something is paged out and there is no reader, or it fails.
+std::string saveMap(const Map& map, const std::string& path, const PageReader& pages = nullptr);
 
 /// Reads the bytes of a map file.
 Result<StoredMap> decodeMap(std::string_view bytes);
 
-/// Reads a map file; truncated, corrupted, foreign or newer files are an error, never a crash.
+/// Reads a map file, or what a run has written of its map (map/map_store.h); truncated, corrupted, foreign or newer
+/// files are an error, never a crash.
 Result<StoredMap> loadMap(const std::string& path);
 
 }  // namespace hgg

@@ -18,6 +18,8 @@ inline constexpr std::string_view kMapMagic = "HGGMAP\r\n";
 inline constexpr std::string_view kMapEnd = "END.";
 /// A map is written in the oldest of these versions that holds it: its bytes do not depend on what it lacks.
 inline constexpr std::uint32_t kMapVersion = 7, kMapVersionWithoutFreeSpace = 6, kMapVersionWithoutLooks = 5;
+/// What versions up to these lack.
+inline constexpr std::uint32_t kVersionWithoutExpected = 3, kVersionWithoutConstraints = 2, kVersionWithoutClasses = 1;
 /// Bits of a node's looks, and of what was seen through it.
 inline constexpr std::uint8_t kHasColour = 1, kHasFront = 2, kHasFreeSpace = 4;
 inline constexpr std::size_t kMapFrameBytes = 4U << 20;  // of the payload in one zstd frame

@@ -11,152 +11,22 @@
 #include "core/units.h"
 #include "map/file.h"
 #include "map/file_layout.h"
+#include "map/map_store.h"
+#include "map/node_bytes.h"
 
 namespace hgg {
 namespace {
 
-constexpr std::uint32_t kVersionWithoutConstraints = 2, kVersionWithoutClasses = 1;
-constexpr std::size_t kMaxPayload = std::size_t{8} << 30;  // a small file must not unpack into all memory
+/// A small file must not unpack into all memory. Maps shrink to a half or a third; a payload may be this many times its
+/// file, and so many bytes in any case. No map is larger than the last of them.
+constexpr std::size_t kMostUnpacking = 64, kFreePayload = std::size_t{64} << 20, kMaxPayload = std::size_t{8} << 30;
 
-/// Constraints without what is expected of them.
-constexpr std::uint32_t kVersionWithoutExpected = 3, kVersionWithoutDelay = 4;
+constexpr std::uint32_t kVersionWithoutDelay = 4;
 /// What alignment loses from one keyframe to the next, as correction/between has it for leaves of 0.4 m: 0.3 degrees
 /// and 0.14 m in 100 m.
 constexpr double kAlignedSigma = 0.02, kAlignedTurn = 0.04 * kDegree;  // m, rad
 /// Of a between constraint that nothing is known of.
 constexpr double kUnknownSigma = 0.3, kUnknownTurn = 3 * kDegree;  // m, rad
-
-/// Bounds-checked reader: after the first short or invalid item everything reads as zero and good() is false.
-class Reader {
- public:
-  explicit Reader(std::string_view bytes) : rest_(bytes) {}
-  template <typename T>
-  T get() {
-    T value{};
-    if (const std::string_view bytes = take(sizeof(T)); !bytes.empty()) {
-      std::memcpy(&value, bytes.data(), sizeof(T));
-    }
-    if constexpr (std::is_floating_point_v<T>) {
-      good_ = good_ && std::isfinite(value);
-    }
-    return value;
-  }
-  std::string_view take(std::size_t n) {
-    good_ = good_ && n <= rest_.size();
-    const std::string_view bytes = good_ ? rest_.substr(0, n) : std::string_view{};
-    rest_.remove_prefix(bytes.size());
-    return bytes;
-  }
-  /// A count of items of at least `item_bytes` each; one that cannot fit in what is left is an error, not an
-  /// allocation.
-  std::size_t count(std::uint64_t n, std::size_t item_bytes) {
-    good_ = good_ && n <= rest_.size() / item_bytes;
-    return good_ ? static_cast<std::size_t>(n) : 0;
-  }
-  Pose pose() {
-    Pose T = Pose::Identity();
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      T.translation()[i] = get<double>();
-    }
-    for (Eigen::Index i = 0; i < 9; ++i) {
-      T.linear()(i / 3, i % 3) = get<double>();
-    }
-    return T;
-  }
-  Belief belief() {
-    Belief b;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      b.mean[i] = get<double>();
-    }
-    for (const auto& [r, c] : kMapCovarianceOrder) {
-      b.cov(r, c) = b.cov(c, r) = get<double>();
-    }
-    b.kappa = get<double>();
-    return b;
-  }
-  void require(bool condition) { good_ = good_ && condition; }
-  bool good() const { return good_; }
-  bool atEnd() const { return rest_.empty(); }
-
- private:
-  std::string_view rest_;
-  bool good_ = true;
-};
-
-ClassBelief getClasses(Reader& r) {
-  ClassBelief classes;
-  classes.views.resize(r.count(r.get<std::uint16_t>(), 6));
-  int last = -1;
-  for (auto& [label, views] : classes.views) {
-    label = r.get<ClassId>(), views = r.get<float>();
-    r.require(label > last && views >= 0 && views <= 1e4F);
-    last = label;
-  }
-  return classes;
-}
-
-void getLooks(Reader& r, std::uint32_t version, MapNode& node) {
-  Looks& looks = node.looks;
-  const auto bits = r.get<std::uint8_t>();
-  const int more = version > kMapVersionWithoutFreeSpace ? kHasFreeSpace : 0;
-  r.require(bits <= (kHasColour | kHasFront | more));
-  if ((bits & kHasColour) != 0) {
-    std::array<std::uint8_t, 3> rgb{};
-    for (std::uint8_t& v : rgb) {
-      v = r.get<std::uint8_t>();
-    }
-    looks.rgb = rgb;
-  }
-  if ((bits & kHasFront) != 0) {
-    Vec3 front;
-    for (Eigen::Index i = 0; i < 3; ++i) {
-      front[i] = static_cast<double>(r.get<float>());
-    }
-    r.require(std::abs(front.norm() - 1) < 1e-3);
-    looks.front_object = front;
-  }
-  if ((bits & kHasFreeSpace) != 0) {
-    for (float* views : {&node.classes.seen_through, &node.classes.passed}) {
-      *views = r.get<float>();
-      r.require(*views >= 0 && *views <= 1e4F);
-    }
-  }
-}
-
-MapNode getNode(Reader& r, std::uint32_t version) {
-  MapNode node;
-  node.id = r.get<NodeId>();
-  node.label = r.get<ClassId>();
-  node.stuff = r.get<std::uint8_t>() != 0;
-  node.tile.x = r.get<std::int32_t>(), node.tile.y = r.get<std::int32_t>(), node.tile.z = r.get<std::int32_t>();
-  node.belief = r.belief();
-  node.T_map_object = r.pose();
-  node.views = r.get<std::int32_t>();
-  node.first_us = r.get<Micros>(), node.last_us = r.get<Micros>();
-  node.anchor = version > kVersionWithoutConstraints ? r.get<KeyframeId>() : -1;
-  Leaves leaves(r.count(r.get<std::uint32_t>(), sizeof(Leaf)));
-  for (Leaf& leaf : leaves) {
-    for (float& v : leaf.mean) {
-      v = r.get<float>();
-    }
-    for (float& v : leaf.cov) {
-      v = r.get<float>();
-    }
-    leaf.kappa = r.get<float>();
-  }
-  node.geometry = shareLeaves(std::move(leaves));
-  if (version != kVersionWithoutClasses) {
-    node.classes = getClasses(r);
-  } else if (!node.stuff) {
-    addViews(node.classes, {{node.label, static_cast<float>(std::max(node.views, 0))}});
-  }
-  if (version > kMapVersionWithoutLooks) {
-    getLooks(r, version, node);
-  }
-  return node;
-}
-
-bool isWithin(double sigma, const SigmaLimits& limits) { return sigma >= limits.least && sigma <= limits.most; }
 
 /// Joins each keyframe that nothing connects to the first to the one before it, as they lie now.
 void joinLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
@@ -184,7 +54,7 @@ void joinLoose(KeyframeGraph& keyframes, double sigma, double sigma_turn) {
   }
 }
 
-KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
+KeyframeGraph getKeyframes(ByteReader& r, std::uint32_t version) {
   KeyframeGraph keyframes;
   for (std::size_t n = r.count(r.get<std::uint64_t>(), 8 + 96); n > 0; --n) {
     const auto utime_us = r.get<Micros>();
@@ -195,16 +65,8 @@ KeyframeGraph getKeyframes(Reader& r, std::uint32_t version) {
     return keyframes;
   }
   for (std::size_t n = r.count(r.get<std::uint64_t>(), 4 + 4 + 96 + 16 + 1); n > 0; --n) {
-    BetweenConstraint e;
-    e.a = r.get<KeyframeId>(), e.b = r.get<KeyframeId>();
-    e.T_a_b = r.pose();
-    e.sigma = r.get<double>(), e.sigma_turn = r.get<double>();
-    e.is_loop = r.get<std::uint8_t>() != 0;
-    e.expected = version <= kVersionWithoutExpected ? e.sigma : r.get<double>();
-    e.expected_turn = version <= kVersionWithoutExpected ? e.sigma_turn : r.get<double>();
-    r.require(e.a >= 0 && e.b >= 0 && e.a != e.b && e.a <= keyframes.last() && e.b <= keyframes.last() &&
-              isWithin(e.sigma, kSigmaLimits) && isWithin(e.sigma_turn, kSigmaTurnLimits) &&
-              isWithin(e.expected, kSigmaLimits) && isWithin(e.expected_turn, kSigmaTurnLimits));
+    const BetweenConstraint e = getConstraint(r, version);
+    r.require(e.a <= keyframes.last() && e.b <= keyframes.last());
     if (r.good()) {
       keyframes.connect(e);
     }
@@ -237,7 +99,7 @@ class AnchorByTime {
 
 /// nullopt when the payload does not follow the grammar.
 std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t version) {
-  Reader r(payload);
+  ByteReader r(payload);
   std::map<ClassId, std::string> names;
   for (std::size_t n = r.count(r.get<std::uint32_t>(), 4); n > 0; --n) {
     const auto id = r.get<ClassId>();
@@ -249,7 +111,7 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   const auto next_id = r.get<NodeId>();
   KeyframeGraph keyframes = getKeyframes(r, version);
   const auto keyframe_count = static_cast<KeyframeId>(keyframes.poses().size());
-  std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), 8 + 3 + 12 + 80 + 96 + 24));
+  std::vector<MapNode> nodes(r.count(r.get<std::uint64_t>(), kLeastNodeBytes));
   NodeId last_id = -1;
   const AnchorByTime anchorOf(keyframes);
   for (MapNode& node : nodes) {
@@ -279,22 +141,42 @@ std::optional<StoredMap> decodePayload(std::string_view payload, std::uint32_t v
   return stored;
 }
 
-Result<std::string> decompress(std::string_view frames) {
-  std::string payload;
+/// The size of the payload as the frames claim it, so that it is known before anything is allocated.
+Result<std::size_t> claimedSize(std::string_view frames) {
+  using Size = Result<std::size_t>;
+  const std::size_t most = std::min(kMaxPayload, kFreePayload + kMostUnpacking * frames.size());
+  std::size_t claimed = 0;
   while (!frames.empty()) {
     const std::size_t packed = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
     if (ZSTD_isError(packed) != 0) {
-      return Result<std::string>::fail("truncated or corrupted (a block is incomplete)");
+      return Size::fail("truncated or corrupted (a block is incomplete)");
     }
     const unsigned long long size = ZSTD_getFrameContentSize(frames.data(), packed);
-    if (size == 0 || size > kMapFrameBytes || payload.size() > kMaxPayload) {
-      return Result<std::string>::fail("corrupted (a block has an impossible size)");
+    if (size == 0 || size > kMapFrameBytes) {
+      return Size::fail("corrupted (a block has an impossible size)");
     }
-    const std::size_t at = payload.size();
-    payload.resize(at + static_cast<std::size_t>(size));
-    if (ZSTD_decompress(payload.data() + at, static_cast<std::size_t>(size), frames.data(), packed) != size) {
+    claimed += static_cast<std::size_t>(size);
+    if (claimed > most) {
+      return Size::fail("corrupted (it claims to hold more than a map of its size can)");
+    }
+    frames.remove_prefix(packed);
+  }
+  return Size::ok(claimed);
+}
+
+Result<std::string> decompress(std::string_view frames) {
+  const Result<std::size_t> claimed = claimedSize(frames);
+  if (!claimed) {
+    return Result<std::string>::fail(claimed.error);
+  }
+  std::string payload(*claimed, '\0');
+  for (std::size_t at = 0; !frames.empty();) {
+    const std::size_t packed = ZSTD_findFrameCompressedSize(frames.data(), frames.size());
+    const auto size = static_cast<std::size_t>(ZSTD_getFrameContentSize(frames.data(), packed));
+    if (ZSTD_decompress(payload.data() + at, size, frames.data(), packed) != size) {
       return Result<std::string>::fail("corrupted (a block fails its checksum)");
     }
+    at += size;
     frames.remove_prefix(packed);
   }
   return Result<std::string>::ok(std::move(payload));
@@ -327,6 +209,14 @@ Result<StoredMap> loadMap(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
     return fail("no such map file");
+  }
+  if (isMapStore(path)) {
+    Result<Map> map = loadMapStore(path);
+    if (!map) {
+      return Result<StoredMap>::fail(map.error);
+    }
+    std::vector<Edge> edges = map->graph().edges();
+    return Result<StoredMap>::ok({std::move(*map), std::move(edges)});
   }
   const std::optional<std::string> bytes = readFile(path);
   if (!bytes) {

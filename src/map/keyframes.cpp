@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <queue>
 #include <tuple>
@@ -19,12 +20,11 @@ constexpr double kLoosestShare = 0.1;  // of what makes a constraint say nothing
 
 }  // namespace
 
-bool KeyframeGraph::needsOne(const Pose& T_map_body) const {
-  if (poses_.empty()) {
-    return true;
-  }
-  const Pose step = poses_.back().T_map_body.inverse() * T_map_body;
-  return step.translation().norm() >= kKeyframeDistance || turnOf(step) >= kKeyframeAngle;
+bool KeyframeGraph::needsOne(const Pose& T_map_body) const { return poses_.empty() || !isAt(current_, T_map_body); }
+
+bool KeyframeGraph::isAt(KeyframeId id, const Pose& T_map_body) const {
+  const Pose step = poses_[static_cast<std::size_t>(id)].T_map_body.inverse() * T_map_body;
+  return step.translation().norm() < kKeyframeDistance && turnOf(step) < kKeyframeAngle;
 }
 
 KeyframeId KeyframeGraph::newestAt(const Vec3& p_map) const {
@@ -43,7 +43,8 @@ KeyframeId KeyframeGraph::newestAt(const Vec3& p_map) const {
 KeyframeId KeyframeGraph::add(const TimedPose& pose) {
   poses_.push_back(pose);
   edges_of_.emplace_back();
-  return last();
+  current_ = last();
+  return current_;
 }
 
 void KeyframeGraph::connect(const BetweenConstraint& edge) {
@@ -111,29 +112,60 @@ void KeyframeGraph::loosen(const Loosening& loosening) {
   }
 }
 
-std::vector<Drift> KeyframeGraph::driftFrom(KeyframeId from, double reach) const {
-  std::vector<Drift> drift(poses_.size(), Drift{-1, 0});
+namespace {
+
+/// Calls settle(keyframe, drift) for each keyframe within `reach`, nearest first, until it returns false; `isSettled`
+/// says of which it has been called.
+template <typename Settle, typename IsSettled>
+void spreadDrift(const KeyframeGraph& graph, KeyframeId from, double reach, Settle settle, IsSettled isSettled) {
   using Entry = std::tuple<double, double, KeyframeId>;  // position, turn, keyframe: ties in a fixed order
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   queue.emplace(0.0, 0.0, from);
   while (!queue.empty()) {
-    const auto [position, turn, k] = queue.top();
+    const double position = std::get<0>(queue.top()), turn = std::get<1>(queue.top());
+    const KeyframeId k = std::get<2>(queue.top());
     queue.pop();
-    Drift& known = drift[static_cast<std::size_t>(k)];
-    if (known.position >= 0) {
+    if (isSettled(k)) {
       continue;
     }
-    known = {position, turn};
-    for (const std::uint32_t index : edges_of_[static_cast<std::size_t>(k)]) {
-      const BetweenConstraint& e = edges_[index];
+    if (!settle(k, Drift{position, turn})) {
+      return;
+    }
+    graph.forEachEdgeOf(k, [&](const BetweenConstraint& e) {
       const KeyframeId other = e.a == k ? e.b : e.a;
       const double beyond = std::hypot(position + turn * e.T_a_b.translation().norm(), e.sigma);
-      if (beyond < reach && drift[static_cast<std::size_t>(other)].position < 0) {
+      if (beyond < reach && !isSettled(other)) {
         queue.emplace(beyond, std::hypot(turn, e.sigma_turn), other);
       }
-    }
+    });
   }
+}
+
+}  // namespace
+
+std::vector<Drift> KeyframeGraph::driftFrom(KeyframeId from, double reach) const {
+  std::vector<Drift> drift(poses_.size(), Drift{-1, 0});
+  spreadDrift(
+      *this, from, reach,
+      [&](KeyframeId k, const Drift& known) {
+        drift[static_cast<std::size_t>(k)] = known;
+        return true;
+      },
+      [&](KeyframeId k) { return drift[static_cast<std::size_t>(k)].position >= 0; });
   return drift;
+}
+
+Drift KeyframeGraph::driftFromTo(KeyframeId from, KeyframeId to) const {
+  std::map<KeyframeId, Drift> settled;
+  spreadDrift(
+      *this, from, std::numeric_limits<double>::infinity(),
+      [&](KeyframeId k, const Drift& known) {
+        settled[k] = known;
+        return k != to;
+      },
+      [&](KeyframeId k) { return settled.contains(k); });
+  const auto found = settled.find(to);
+  return found == settled.end() ? Drift{-1, 0} : found->second;
 }
 
 }  // namespace hgg

@@ -46,12 +46,18 @@ class KeyframeGraph {
     }
   }
   KeyframeId last() const { return static_cast<KeyframeId>(poses_.size()) - 1; }
+  /// The one that the robot is at, with which its pose moves: the last one, or an older one that it has met again.
+  KeyframeId current() const { return current_; }
+  const TimedPose& currentPose() const { return poses_.at(static_cast<std::size_t>(current_)); }
+  void takeUp(KeyframeId id) { current_ = id; }
 
   /// The newest of the keyframes at a place, which are those within 2 m of the distance of the nearest one; -1 when
   /// there are none.
   KeyframeId newestAt(const Vec3& p_map) const;
-  /// True when `T_map_body` is far enough from the last keyframe to become one, or when there are none yet.
+  /// True when `T_map_body` is far enough from the current keyframe to become one, or when there are none yet.
   bool needsOne(const Pose& T_map_body) const;
+  /// Whether a pose is so near to a keyframe's that it need not become one itself.
+  bool isAt(KeyframeId id, const Pose& T_map_body) const;
   KeyframeId add(const TimedPose& pose);
   void connect(const BetweenConstraint& edge);
   /// Sets the constraints among the moved keyframes to their relative poses of now. Closed loops stay as they were
@@ -68,10 +74,13 @@ class KeyframeGraph {
   /// deviations of the constraints add up as independent ones, and the turn so far swings every further constraint by
   /// its length. A negative position marks keyframes with a drift of `reach` (m) or more.
   std::vector<Drift> driftFrom(KeyframeId from, double reach) const;
+  /// The same to one keyframe alone; looks no farther than it has to.
+  Drift driftFromTo(KeyframeId from, KeyframeId to) const;
 
  private:
   std::vector<TimedPose> poses_;
   std::vector<BetweenConstraint> edges_;
+  KeyframeId current_ = -1;
   std::vector<std::vector<std::uint32_t>> edges_of_;  // of each keyframe: indices into edges_
 };
 

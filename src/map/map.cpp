@@ -27,6 +27,7 @@ MapDelta joined(MapDelta first, const MapDelta& second) {
   std::ranges::set_union(first.moved, second.moved, std::back_inserter(both.moved));
   std::ranges::set_union(first.removed, second.removed, std::back_inserter(both.removed));
   std::ranges::set_union(first.rewired, second.rewired, std::back_inserter(both.rewired));
+  std::ranges::set_union(first.left, second.left, std::back_inserter(both.left));
   const auto isRemoved = [&](NodeId id) { return std::ranges::binary_search(both.removed, id); };
   std::erase_if(both.changed, isRemoved);
   const auto isChanged = [&](NodeId id) { return isRemoved(id) || std::ranges::binary_search(both.changed, id); };
@@ -41,12 +42,19 @@ MapDelta Map::apply(MapUpdate update) {
   if (update.keyframe) {
     const KeyframeId id = keyframes_.add(update.keyframe->pose);
     anchored_.emplace_back();
+    if (changed_.is_tracked) {
+      changed_.keyframes.insert(id);
+    }
     for (BetweenConstraint& constraint : update.keyframe->constraints) {
       constraint.b = id;
       keyframes_.connect(constraint);
     }
     pose_covariances_.add(keyframes_);
+    keyframe_places_.insert(id, update.keyframe->pose.T_map_body.translation());
     findActive(id, delta);
+  } else if (update.taken_up >= 0) {
+    keyframes_.takeUp(update.taken_up);
+    findActive(update.taken_up, delta);
   }
   for (const NodeId id : update.removed) {
     erase(id);
@@ -59,12 +67,13 @@ MapDelta Map::apply(MapUpdate update) {
   }
   for (const ClassEvidence& evidence : update.evidence) {
     MapNode& node = nodes_.at(evidence.id);
+    touch(node.anchor);
     addPlaceView(node.classes, evidence.view, node.label);
     delta.changed.push_back(evidence.id);
   }
   for (MapNode& node : update.created) {
     node.id = next_id_++;
-    node.anchor = keyframes_.last();
+    node.anchor = keyframes_.current();
     delta.changed.push_back(node.id);
     insert(std::move(node));
   }
@@ -93,15 +102,26 @@ MapDelta Map::apply(const MapCorrection& correction) {
     if (T_map_body.matrix() != T_before.matrix()) {  // T T^-1 is the identity only up to rounding
       moves.emplace_back(id, orthonormalized(T_map_body * T_before.inverse()));
       keyframes_.move(id, T_map_body);
+      keyframe_places_.move(keyframe_places_.find(id), T_map_body.translation());
+      if (const int place = page_places_.find(id); place >= 0) {
+        page_places_.move(place, T_map_body.translation());
+        paged_out_.at(id).was_moved = true;
+      }
+      if (changed_.is_tracked) {
+        changed_.keyframes.insert(id);
+      }
     }
   }
   std::ranges::sort(moves, {}, [](const auto& m) { return m.first; });
   moveNodes(moves, delta);
   if (delta.moved.size() > kMovedAtOnce) {
-    graph_.postpone(keyframes_.poses().back().T_map_body.translation());
+    graph_.postpone(keyframes_.currentPose().T_map_body.translation());
   } else {
     delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
     std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.moved, id); });
+  }
+  if (correction.is_measured || correction.loosened) {
+    changed_.constraints = 0;
   }
   if (correction.is_measured) {
     keyframes_.remeasure(moves);
@@ -115,7 +135,7 @@ MapDelta Map::apply(const MapCorrection& correction) {
   if (!correction.loops.empty()) {
     pose_covariances_.recompute(keyframes_);
   }
-  findActive(keyframes_.last(), delta);
+  findActive(keyframes_.current(), delta);
   return delta;
 }
 
@@ -149,87 +169,16 @@ void Map::moveNodes(const KeyframeMoves& moves, MapDelta& delta) {
 }
 
 bool Map::moveNode(MapNode& node, const Pose& move) {
-  const Belief belief = transform(move, node.belief);
-  const Tile tile = node.stuff && tile_size_ > 0 ? tileOf(belief.mean, tile_size_) : node.tile;
-  const bool is_renamed = tile != node.tile;
+  const TileKey before{node.label, node.tile};
+  moveBy(move, tile_size_, node);
+  const bool is_renamed = node.tile != before.tile;
   if (is_renamed) {
-    unindexTile(node);
-  }
-  node.belief = belief;
-  node.T_map_object = orthonormalized(move * node.T_map_object);
-  node.tile = tile;
-  if (is_renamed) {
+    unindexTile(before, node.id);
     indexTile(node);
   }
-  means_.move(means_.find(node.id), belief.mean);
-  graph_.move(node.id, belief);
+  means_.move(means_.find(node.id), node.belief.mean);
+  graph_.move(node.id, node.belief);
   return is_renamed;
-}
-
-std::vector<MapPage> Map::pageOut(const std::vector<KeyframeId>& ids, MapDelta& delta) {
-  std::vector<MapPage> pages;
-  for (const KeyframeId id : ids) {
-    const Pose& T_map_keyframe = keyframes_.poses().at(static_cast<std::size_t>(id)).T_map_body;
-    PagedOut bounds{T_map_keyframe, 0, isActive(id)};
-    MapPage& page = pages.emplace_back(MapPage{id, {}});
-    std::vector<NodeId> nodes = anchoredTo(id);
-    std::ranges::sort(nodes);
-    for (const NodeId node : nodes) {
-      bounds.radius = std::max(bounds.radius, (find(node)->belief.mean - T_map_keyframe.translation()).norm());
-      page.nodes.push_back(*find(node));
-      erase(node);
-      graph_.remove(node);
-    }
-    paged_out_[id] = bounds;
-  }
-  delta.revision = revision_;
-  delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
-  return pages;
-}
-
-MapDelta Map::pageIn(std::vector<MapPage> pages) {
-  MapDelta delta;
-  delta.revision = revision_;
-  for (MapPage& page : pages) {
-    const PagedOut bounds = paged_out_.at(page.keyframe);
-    paged_out_.erase(page.keyframe);
-    for (MapNode& node : page.nodes) {
-      const NodeId id = node.id;
-      insert(std::move(node));
-      enterGraph(*find(id));
-      delta.changed.push_back(id);
-      if (!bounds.was_active && isActive(page.keyframe)) {
-        delta.reactivated.push_back(id);
-      }
-    }
-    const Pose& T_map_keyframe = keyframes_.poses()[static_cast<std::size_t>(page.keyframe)].T_map_body;
-    if (T_map_keyframe.matrix() != bounds.T_map_keyframe.matrix()) {
-      MapDelta moved;
-      moveNodes({{page.keyframe, orthonormalized(T_map_keyframe * bounds.T_map_keyframe.inverse())}}, moved);
-    }
-  }
-  std::ranges::sort(delta.changed);
-  std::ranges::sort(delta.reactivated);
-  for (const NodeId id : delta.changed) {
-    const MapNode& node = *find(id);
-    if (node.stuff && tiles_.at({node.label, node.tile}).size() > 1) {
-      delta.colliding.push_back(id);
-    }
-  }
-  delta.rewired = graph_.refresh(ObjectGraph::Postponed::kLeave);
-  std::erase_if(delta.rewired, [&](NodeId id) { return std::ranges::binary_search(delta.changed, id); });
-  return delta;
-}
-
-std::vector<KeyframeId> Map::pagedOutNear(const Vec3& centre, double radius) const {
-  std::vector<KeyframeId> near;
-  for (const auto& [id, bounds] : paged_out_) {
-    const Vec3& p_map = keyframes_.poses()[static_cast<std::size_t>(id)].T_map_body.translation();
-    if ((p_map - centre).norm() <= radius + bounds.radius) {
-      near.push_back(id);
-    }
-  }
-  return near;
 }
 
 void Map::startAt(KeyframeId id) {
@@ -249,12 +198,11 @@ void Map::findActive(KeyframeId from, MapDelta& delta) {
     active_[k] = drift[k].position >= 0;
     if (active_[k] && !before[k]) {
       delta.reactivated.insert(delta.reactivated.end(), anchored_[k].begin(), anchored_[k].end());
+    } else if (before[k] && !active_[k]) {
+      missed(static_cast<KeyframeId>(k));
     }
   }
   std::sort(delta.reactivated.begin(), delta.reactivated.end());
-  for (auto& [id, page] : paged_out_) {
-    page.was_active = page.was_active && isActive(id);  // else it is reactivated when it comes back
-  }
 }
 
 bool Map::isActive(KeyframeId id) const {
@@ -323,15 +271,17 @@ std::size_t Map::confirmedCount() const {
       std::ranges::count_if(nodes_, [](const auto& entry) { return isConfirmed(entry.second); }));
 }
 
+double Map::megabytesOf(std::size_t nodes, std::size_t leaves) {
+  // A tree node, its index entries and its class views cost about 150 B beside the payload.
+  return static_cast<double>(nodes * (sizeof(MapNode) + 150) + leaves * sizeof(Leaf)) / 1e6;
+}
+
 double Map::megabytes() const {
-  // A tree node, its index entries and its class views cost about 150 B beside the payload, and its place and edges in
-  // the object graph as much twice over.
-  constexpr std::size_t kGraphBytes = 300;
-  const std::size_t bytes = nodes_.size() * (sizeof(MapNode) + 150) + graph_.size() * kGraphBytes +
-                            leaf_count_ * sizeof(Leaf) +
+  constexpr std::size_t kGraphBytes = 300;  // place and edges in the object graph
+  const std::size_t bytes = graph_.size() * kGraphBytes +
                             keyframes_.poses().size() * (sizeof(TimedPose) + sizeof(Mat6)) +
                             keyframes_.edges().size() * (sizeof(BetweenConstraint) + 16);
-  return static_cast<double>(bytes) / 1e6;
+  return megabytesOf(nodes_.size(), leaf_count_) + static_cast<double>(bytes) / 1e6;
 }
 
 Map Map::restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<ClassId, std::string> names,
@@ -339,6 +289,9 @@ Map Map::restore(std::vector<MapNode> nodes, KeyframeGraph keyframes, std::map<C
   Map map;
   map.keyframes_ = std::move(keyframes);
   map.pose_covariances_.recompute(map.keyframes_);
+  for (KeyframeId id = 0; id <= map.keyframes_.last(); ++id) {
+    map.keyframe_places_.insert(id, map.keyframes_.poses()[static_cast<std::size_t>(id)].T_map_body.translation());
+  }
   map.anchored_.resize(map.keyframes_.poses().size());
   map.next_id_ = std::max<NodeId>(next_id, 1);
   for (MapNode& node : nodes) {
@@ -357,17 +310,16 @@ void Map::indexTile(const MapNode& node) {
   }
 }
 
-void Map::unindexTile(const MapNode& node) {
-  if (node.stuff) {
-    const auto entry = tiles_.find({node.label, node.tile});
-    std::erase(entry->second, node.id);
-    if (entry->second.empty()) {
-      tiles_.erase(entry);
-    }
+void Map::unindexTile(const TileKey& key, NodeId id) {
+  const auto entry = tiles_.find(key);
+  std::erase(entry->second, id);
+  if (entry->second.empty()) {
+    tiles_.erase(entry);
   }
 }
 
 void Map::insert(MapNode node) {
+  touch(node.anchor);
   means_.insert(node.id, node.belief.mean);
   indexTile(node);
   leaf_count_ += leavesOf(node).size();
@@ -386,8 +338,11 @@ void Map::erase(NodeId id) {
     std::abort();  // a caller changed or removed a node the map does not have
   }
   const MapNode& node = it->second;
+  touch(node.anchor);
   means_.remove(means_.find(id));
-  unindexTile(node);
+  if (node.stuff) {
+    unindexTile({node.label, node.tile}, node.id);
+  }
   if (node.anchor >= 0) {
     std::erase(anchored_[static_cast<std::size_t>(node.anchor)], id);
   }

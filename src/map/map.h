@@ -3,6 +3,7 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "core/point_index.h"
 #include "map/drift.h"
 #include "map/keyframes.h"
+#include "map/map_changes.h"
 #include "map/node.h"
 #include "map/object_graph.h"
 #include "map/tentative_things.h"
@@ -32,6 +34,7 @@ struct NewKeyframe {
 /// What one frame does to the map: nodes as they are after fusion. Made by fuse(), carried out by Map::apply().
 struct MapUpdate {
   std::optional<NewKeyframe> keyframe;       // added first, so that created nodes are anchored to it
+  KeyframeId taken_up = -1;                  // a keyframe that the robot is at again, likewise; -1: none
   std::vector<MapNode> changed;              // existing ids, whole new state
   std::vector<MapNode> created;              // id 0: the map gives them one
   std::vector<NodeId> removed;               // absorbed into another node, or faded
@@ -57,17 +60,12 @@ struct MapDelta {
   std::vector<NodeId> reactivated;  // not active before, active now: the same object may have a second node
   std::vector<NodeId> colliding;    // stuff that was moved into a tile that has another node
   std::vector<NodeId> rewired;      // not changed otherwise, with other edges in the object graph
+  std::vector<NodeId> left;         // not in memory any more, and otherwise as they were
 };
 
 /// What was done first and then, as one change. Each node is named once: as removed before as changed, and as changed
 /// before as moved. What has to be merged is not carried over: it is noted when it comes up.
 MapDelta joined(MapDelta first, const MapDelta& second);
-
-/// The nodes anchored to one keyframe, out of the map.
-struct MapPage {
-  KeyframeId keyframe = -1;
-  std::vector<MapNode> nodes;  // ascending by id; where they were when they were paged out
-};
 
 /// The global scene graph. Only apply() changes what it says; paging (map/paging.h) changes what of it is in memory.
 ///
@@ -95,6 +93,10 @@ class Map {
   std::vector<NodeId> near(const Vec3& centre, double radius) const;
   /// The same for all nodes, active or not.
   std::vector<NodeId> nearAnywhere(const Vec3& centre, double radius) const;
+  /// The active keyframe that a pose is at, the nearest of them; -1 when there is none.
+  KeyframeId keyframeAt(const Pose& T_map_body) const;
+  /// Keyframes within `radius` (m) of a place, ascending.
+  std::vector<KeyframeId> keyframesNear(const Vec3& centre, double radius) const;
   bool isActive(const MapNode& node) const { return isActive(node.anchor); }
   /// Whether the nodes anchored to a keyframe are active; true for none (-1).
   bool isActive(KeyframeId id) const;
@@ -139,16 +141,33 @@ class Map {
   /// Puts pages back: their nodes move as far as their keyframes were moved meanwhile. The delta names the nodes as
   /// changed, and what has to be merged because it lies on something else or was not active in between.
   MapDelta pageIn(std::vector<MapPage> pages);
+  /// Forgets a page that cannot be read back: its nodes are lost.
+  void giveUp(KeyframeId id);
+  /// What was looked for and could not be brought back in time: it is taken for not active in between, so that what has
+  /// been mapped in its place is merged with it.
+  void missed(KeyframeId id);
   /// False while some of it is paged out.
   bool isWhole() const { return paged_out_.empty(); }
+  /// Keyframes whose nodes are paged out, ascending.
+  std::vector<KeyframeId> pagedOut() const;
   /// Keyframes that are paged out and may have a node within `radius` (m) of `centre`, ascending.
   std::vector<KeyframeId> pagedOutNear(const Vec3& centre, double radius) const;
+  /// Keyframes that are paged out and may have something to be merged: they were moved by a loop since, or have become
+  /// active. Ascending.
+  std::vector<KeyframeId> pagedOutStale() const;
+
+  /// From now on what changes is noted, for takeChanges().
+  void trackChanges();
+  /// What has changed since the last call, or all there is in memory. What is paged out is not among it.
+  MapChanges takeChanges(bool all);
 
   /// Number of nodes that are confirmed (isConfirmed).
   std::size_t confirmedCount() const;
   std::size_t leafCount() const { return leaf_count_; }
   /// Estimate of the map's own memory in MB (nodes, leaves, index, trajectory).
   double megabytes() const;
+  /// Of so many nodes and leaves, MB.
+  static double megabytesOf(std::size_t nodes, std::size_t leaves);
 
   /// The id that the next new node gets. An id is given once only, also across save and load, so that the id of a
   /// removed node never comes to mean another.
@@ -168,18 +187,23 @@ class Map {
     auto operator<=>(const TileKey&) const = default;  // NOLINT(modernize-use-nullptr): a false alarm of clang-tidy 14
   };
 
-  /// Where a keyframe was when its nodes left, how far from it they lie (m), and whether they were active all the time
-  /// since.
+  /// What is known of nodes that are out of memory.
   struct PagedOut {
-    Pose T_map_keyframe = Pose::Identity();
-    double radius = 0;
-    bool was_active = true;
+    bool was_active = true;  // all the time since
+    bool was_moved = false;  // by a loop
+  };
+  /// What takeChanges() has to tell.
+  struct Changed {
+    bool is_tracked = false;
+    std::set<KeyframeId> anchors;    // of nodes that came, went or changed
+    std::set<KeyframeId> keyframes;  // that came or moved
+    std::size_t constraints = 0;     // so many are as they were
   };
 
   void insert(MapNode node);
   void erase(NodeId id);
   void indexTile(const MapNode& node);
-  void unindexTile(const MapNode& node);
+  void unindexTile(const TileKey& key, NodeId id);
   /// Tells the object graph how a node is now.
   void enterGraph(const MapNode& node);
   /// Moves what is anchored to the keyframes of `moves`.
@@ -187,6 +211,9 @@ class Map {
   /// True when it lies in another tile now.
   bool moveNode(MapNode& node, const Pose& move);
   void findActive(KeyframeId from, MapDelta& delta);
+  /// Tells that something anchored to a keyframe is not what it was.
+  void touch(KeyframeId anchor);
+  MapPage pageOf(KeyframeId id) const;
 
   std::map<NodeId, MapNode> nodes_;
   PointIndex means_;
@@ -198,6 +225,9 @@ class Map {
   std::vector<bool> active_;                   // keyframes
   std::vector<std::vector<NodeId>> anchored_;  // to each keyframe
   std::map<KeyframeId, PagedOut> paged_out_;
+  PointIndex keyframe_places_;
+  PointIndex page_places_;  // of paged_out_, with how far their nodes reach
+  Changed changed_;
   double drift_reach_ = std::numeric_limits<double>::infinity();
   std::map<ClassId, std::string> class_names_;
   double tile_size_ = 0;

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "core/position_uncertainty.h"
+#include "core/se3.h"
 
 namespace hgg {
 
@@ -17,6 +18,12 @@ const Leaves& leavesOf(const MapNode& node) {
 Tile tileOf(const Vec3& p_map, double tile_size) {
   const Eigen::Array3i t = (p_map / tile_size + Vec3::Constant(0.5)).array().floor().cast<int>();
   return {t[0], t[1], t[2]};
+}
+
+void moveBy(const Pose& move, double tile_size, MapNode& node) {
+  node.belief = transform(move, node.belief);
+  node.T_map_object = orthonormalized(move * node.T_map_object);
+  node.tile = node.stuff && tile_size > 0 ? tileOf(node.belief.mean, tile_size) : node.tile;
 }
 
 Mat3 positionCovariance(const MapNode& node) {

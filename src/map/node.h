@@ -50,6 +50,10 @@ struct MapNode {
   Micros first_us = 0, last_us = 0;
 };
 
+/// The part of the map around a node is moved rigidly (T_map_map). Stuff is then of the tile that it lies in, unless
+/// there are none (`tile_size` 0).
+void moveBy(const Pose& move, double tile_size, MapNode& node);
+
 /// The node's leaves, which must be in memory: reading those of a node that was paged out is a bug and aborts.
 const Leaves& leavesOf(const MapNode& node);
 

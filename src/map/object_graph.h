@@ -52,6 +52,7 @@ class ObjectGraph {
   /// Empties the graph. Without a model there is none: nodes are not taken.
   void setModel(const EdgeModel& model);
   bool hasModel() const { return model_.has_value(); }
+  const std::optional<EdgeModel>& model() const { return model_; }
 
   /// A node as it is now, that is or becomes part of the graph.
   void put(NodeId id, ClassId label, const Belief& belief);

@@ -124,7 +124,7 @@ class Gathering {
     }
     if (nearest == things_.list.size()) {
       same.push_back(nearest);
-      things_.list.push_back({label, cluster, map_.keyframes().last(), weight_, 0, 0, 1, utime_us_, utime_us_});
+      things_.list.push_back({label, cluster, map_.keyframes().current(), weight_, 0, 0, 1, utime_us_, utime_us_});
       things_.begun += 1;
       is_found_.push_back(true), is_object_.push_back(false);
       return;

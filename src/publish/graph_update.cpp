@@ -37,7 +37,7 @@ ObjectSummary summarise(const Map& map, const Mover& mover, const ClassTable& cl
   out.name = classes.name(mover.label);
   out.belief = mover.belief;
   out.belief.mean = mover.motion.position();
-  out.anchor = map.keyframes().last();
+  out.anchor = map.keyframes().current();
   out.relative_cov = mover.motion.positionCov();
   out.position_cov = out.relative_cov + map.poseCovariance(out.anchor).topLeftCorner<3, 3>();
   out.classes = classProbabilities(mover.classes);

@@ -69,7 +69,8 @@ void GroundPublisher::follow(const StepReport& report) {
   p_map_body_ = report.T_map_body.translation();
   has_news_ = true, is_followed_ = false;
   if (has_copy_) {
-    for (const auto* ids : {&report.delta.changed, &report.delta.moved, &report.delta.removed}) {
+    const MapDelta& delta = report.delta;
+    for (const auto* ids : {&delta.changed, &delta.moved, &delta.removed, &delta.left}) {
       touched_.insert(touched_.end(), ids->begin(), ids->end());
     }
   }

@@ -91,6 +91,9 @@ std::vector<Alarm> alarmsOf(const LatestFrame& latest, double odometry_delay_s, 
         {false, "odometry_lag", odometry,
          fmt::format("odometry's stamps lag {:.0f} ms behind the clouds': undone", odometry_delay_s * 1e3)});
   }
+  if (!latest.paging_trouble.empty()) {
+    alarms.push_back({false, "map_memory", "", latest.paging_trouble});
+  }
   return alarms;
 }
 

@@ -20,6 +20,7 @@ struct LatestFrame {
   OdometryFault odometry_fault = OdometryFault::kNone;
   KeyframeId fragment = 0;
   Mat6 pose_cov = Mat6::Zero();
+  std::string paging_trouble = {};  // StepReport
 };
 
 /// What is wrong with where the robot believes to be, and with what it goes by. `odometry` is its channel.

@@ -44,8 +44,8 @@ FrameTiming Publisher::publishFrame(const StepReport& report, FrameTiming timing
   timing.frame_ms += publish_ms;
   ground_.follow(report);
   goals_.follow(report);
-  latest_ = {report.utime_us,       timing,          nameOf(report.source), report.degenerate, report.tracking,
-             report.odometry_fault, report.fragment, report.pose_cov};
+  latest_ = {report.utime_us,       timing,          nameOf(report.source), report.degenerate,    report.tracking,
+             report.odometry_fault, report.fragment, report.pose_cov,       report.paging_trouble};
   warnOfAlarms();
   return timing;
 }

@@ -46,20 +46,41 @@ void addKeyframe(Map& map, const std::optional<NewKeyframe>& keyframe) {
 TEST(DecideKeyframe, IsForTheFirstFrameAndThenForOneThatIsTwoMetresOn) {
   Map map;
   Corrector corrector = correctorOf({});
-  const auto first = corrector.decideKeyframe(map, frameAt(7), alignedAt(at(5)), Pose::Identity(), true, {});
+  const auto first = corrector.decideKeyframe(map, frameAt(7), alignedAt(at(5)), Pose::Identity(), true, {}).added;
   ASSERT_TRUE(first);
   EXPECT_EQ(first->pose.utime_us, 7);
   EXPECT_EQ(first->pose.T_map_body.matrix(), at(5).matrix());
   EXPECT_TRUE(first->constraints.empty());
   addKeyframe(map, first);
-  EXPECT_FALSE(corrector.decideKeyframe(map, frameAt(8), alignedAt(at(6.5)), at(1.5), false, {}));
-  EXPECT_TRUE(corrector.decideKeyframe(map, frameAt(9), alignedAt(at(7.5)), at(1), false, {}));
+  EXPECT_FALSE(corrector.decideKeyframe(map, frameAt(8), alignedAt(at(6.5)), at(1.5), false, {}).added);
+  EXPECT_TRUE(corrector.decideKeyframe(map, frameAt(9), alignedAt(at(7.5)), at(1), false, {}).added);
+}
+
+TEST(DecideKeyframe, OneThatIsMetAgainIsTakenUpInsteadOfANewOne) {
+  Map map;
+  Corrector corrector = correctorOf({});
+  for (int k = 0; k < 5; ++k) {
+    addKeyframe(map, corrector.decideKeyframe(map, frameAt(k), alignedAt(at(2.1 * k)), at(2.1), false, {}).added);
+  }
+  Alignment alignment = alignedAt(at(2.3));
+  alignment.leaf_pairs = 50;
+  EXPECT_EQ(corrector.decideKeyframe(map, frameAt(9), alignment, at(-6), false, {}).taken_up, 1);
+  MapUpdate update;
+  update.taken_up = 1;
+  update.created.push_back(nodeAt(kPole, Vec3(2, 3, 0)));
+  map.apply(std::move(update));
+  EXPECT_EQ(map.keyframes().current(), 1);
+  EXPECT_EQ(map.nodes().begin()->second.anchor, 1);
+  alignment.pose.T_map_body = at(12.5);
+  const KeyframeDecision beyond = corrector.decideKeyframe(map, frameAt(10), alignment, at(10), false, {});
+  ASSERT_TRUE(beyond.added);
+  EXPECT_EQ(beyond.added->constraints.front().a, 1) << "from the one the robot was at";
 }
 
 TEST(DecideKeyframe, ItsConstraintHasTheUncertaintyOfAllFramesSinceTheLastKeyframeAndOfNoOther) {
   Map map;
   Corrector corrector = correctorOf({});
-  addKeyframe(map, corrector.decideKeyframe(map, frameAt(0), alignedAt(at(0)), Pose::Identity(), false, {}));
+  addKeyframe(map, corrector.decideKeyframe(map, frameAt(0), alignedAt(at(0)), Pose::Identity(), false, {}).added);
   for (const double start : {0.0, 2.4}) {
     Travel travel;
     std::optional<NewKeyframe> keyframe;
@@ -68,7 +89,7 @@ TEST(DecideKeyframe, ItsConstraintHasTheUncertaintyOfAllFramesSinceTheLastKeyfra
       const Pose step = at(x == 1.5 ? 1.5 : 0.9);
       const Alignment alignment = alignedAt(at(start + x));
       travel = propagateTravel(travel, step, alignment, false, AlignmentConfig{}, MapConfig{}.leaf_size);
-      keyframe = corrector.decideKeyframe(map, frameAt(1), alignment, step, false, {});
+      keyframe = corrector.decideKeyframe(map, frameAt(1), alignment, step, false, {}).added;
     }
     ASSERT_TRUE(keyframe);
     ASSERT_EQ(keyframe->constraints.size(), 1U);
@@ -92,7 +113,7 @@ TEST(Corrector, WithoutAKeyframeDoesNothing) {
   Alignment alignment = alignedAt(at(50));  // however far the robot has gone
   alignment.pose.information = 3 * Mat6::Identity();
   alignment.pairs = {{0, 1, 0}};
-  const Correction correction = corrector.correct(map, updated, false, local, alignment);
+  const Correction correction = corrector.correct(map, updated, {}, local, alignment);
   EXPECT_EQ(encodeMap(map), before);
   EXPECT_EQ(correction.delta.revision, updated.revision);
   EXPECT_EQ(correction.delta.changed, updated.changed);
@@ -132,7 +153,7 @@ TEST(Corrector, PendingMergesAreWorkedOffTwoHundredAFrame) {
   MapDelta updated = doubled.updated;
   for (const std::size_t merged : {200U, 200U, 50U, 0U}) {
     const std::size_t before = doubled.map.nodes().size();
-    const Correction correction = corrector.correct(doubled.map, updated, false, {}, {});
+    const Correction correction = corrector.correct(doubled.map, updated, {}, {}, {});
     EXPECT_EQ(before - doubled.map.nodes().size(), merged);
     EXPECT_EQ(correction.delta.removed.size(), merged);
     EXPECT_EQ(correction.delta.revision, doubled.map.revision());
@@ -146,7 +167,7 @@ TEST(Corrector, PendingMergesAreWorkedOffTwoHundredAFrame) {
 TEST(Corrector, FinishWorksOffAllPendingMerges) {
   DoubledTiles doubled(450);
   Corrector corrector = correctorOf({});
-  corrector.correct(doubled.map, doubled.updated, false, {}, {});
+  corrector.correct(doubled.map, doubled.updated, {}, {}, {});
   ASSERT_EQ(doubled.map.nodes().size(), 700U);
   const Correction correction = corrector.finish(doubled.map, {at(3), Mat6::Identity()});
   EXPECT_EQ(doubled.map.nodes().size(), 450U);
@@ -176,14 +197,14 @@ TEST(Corrector, ThePoseOfTheFrameMovesRigidlyWithItsKeyframe) {
       alignment.pairs.push_back({static_cast<int>(local.objects.size()), pole.id, 0});
       local.objects.push_back(object);
     }
-    const auto keyframe = corrector.decideKeyframe(map, local, alignment, at(2.1, 0.1), false, {});
+    const auto keyframe = corrector.decideKeyframe(map, local, alignment, at(2.1, 0.1), false, {}).added;
     ASSERT_TRUE(keyframe);
     MapUpdate update;
     update.keyframe = keyframe;
     MapDelta updated = map.apply(std::move(update));
     alignment.pose.T_map_body = alignment.pose.T_map_body * T_keyframe_body;
     const Pose before = alignment.pose.T_map_body;
-    const Correction correction = corrector.correct(map, std::move(updated), true, local, alignment);
+    const Correction correction = corrector.correct(map, std::move(updated), {keyframe, -1}, local, alignment);
     const Pose& T_map_keyframe = map.keyframes().poses().back().T_map_body;
     EXPECT_LE(localCoordinates(T_map_keyframe.inverse() * correction.pose.T_map_body, T_keyframe_body).norm(), 1e-9);
     EXPECT_EQ((correction.pose.T_map_body.translation() - before.translation()).norm() > 0.03, k > 0) << k;

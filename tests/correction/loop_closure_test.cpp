@@ -136,7 +136,8 @@ struct Revisit {
     see({}, frame(0, Vec3(150, 10, 0)), Pose::Identity(), sigma / std::sqrt(3.0));
   }
   std::optional<LoopCandidate> candidate() const {
-    const auto keyframes = findLoopKeyframes(map, descriptors, kConfig);
+    LoopSearch search;
+    const auto keyframes = findLoopKeyframes(map, descriptors, kConfig, search);
     return keyframes.empty() ? std::nullopt : cutLoopCandidate(map, keyframes.front(), kConfig);
   }
 };

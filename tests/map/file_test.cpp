@@ -257,6 +257,18 @@ TEST(MapFile, EverySingleByteFlipIsAnErrorOrHarmless) {
   EXPECT_LE(harmless, bytes.size());  // of 255 as many
 }
 
+TEST(MapFile, ASmallFileThatClaimsGigabytesIsRefusedBeforeItIsUnpacked) {
+  const std::string header = encodeMap(sampleMap(9, 1)).substr(0, kHeaderBytes);
+  const std::string zeros(4U << 20, '\0');
+  const std::string block = fileAround("", zeros);
+  std::string bomb = header;
+  for (int k = 0; k < 600; ++k) {  // 2.4 GB
+    bomb += block;
+  }
+  ASSERT_LT(bomb.size(), 1U << 20);
+  EXPECT_TRUE(mentions(decodeMap(bomb).error, "more than a map of its size"));
+}
+
 TEST(MapFile, NoPayloadCrashesTheReader) {
   const Map map = sampleGraph(8, 4);
   const std::string bytes = encodeMap(map), header = bytes.substr(0, kHeaderBytes), payload = payloadOf(bytes);

@@ -15,18 +15,20 @@ struct Shelf {
   int put = 0, taken = 0;
 
   PageStore store(double keep_radius) {
-    return {[this](MapPage page) {
-              ++put;
-              const KeyframeId id = page.keyframe;
-              EXPECT_TRUE(pages.emplace(id, std::move(page)).second) << "put twice: " << id;
-            },
-            [this](KeyframeId id) {
-              ++taken;
-              MapPage page = std::move(pages.at(id));
-              pages.erase(id);
-              return page;
-            },
-            keep_radius};
+    PageStore store;
+    store.put = [this](MapPage page) {
+      ++put;
+      const KeyframeId id = page.keyframe;
+      EXPECT_TRUE(pages.emplace(id, std::move(page)).second) << "put twice: " << id;
+    };
+    store.take = [this](KeyframeId id) {
+      ++taken;
+      TakenPage page{std::move(pages.at(id))};
+      pages.erase(id);
+      return page;
+    };
+    store.keep_radius = keep_radius;
+    return store;
   }
 };
 

@@ -1,0 +1,183 @@
+// Holds that a map whose far parts are on disk is whole again when it is stored, after whatever happened to the disk.
+#include "map/page_keeper.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "map/file.h"
+#include "map/test_map.h"
+#include "tools/scratch.h"
+
+namespace hgg::page_keeper_test {
+namespace {
+
+constexpr ClassId kCar = 10, kRoad = 40;
+
+Pose at(double x, double y = 0) {
+  Pose T = Pose::Identity();
+  T.translation() = Vec3(x, y, 0);
+  return T;
+}
+
+/// A drive along x, a keyframe every 5 m, a car and a road node beside each.
+Map drive(int keyframes, int leaves = 3) {
+  std::mt19937 random(7);
+  KeyframeGraph graph;
+  std::vector<MapNode> nodes;
+  for (int k = 0; k < keyframes; ++k) {
+    graph.add({1000 * k, at(5 * k)});
+    if (k > 0) {
+      graph.connect({k - 1, k, at(5), 0.02, 1e-3, false});
+    }
+    nodes.push_back(nodeAt(kCar, Vec3(5 * k, 4, 0)));
+    for (int n = 0; n < leaves; ++n) {
+      addLeaf(nodes.back(), randomLeaf(random));
+    }
+    const Vec3 road(5 * k, -1, 0);
+    nodes.push_back(tileNode(kRoad, tileOf(road, 10), road));
+  }
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    nodes[n].id = static_cast<NodeId>(n + 1);
+    nodes[n].anchor = static_cast<KeyframeId>(n / 2);
+  }
+  Map map = Map::restore(std::move(nodes), std::move(graph), {{kCar, "car"}, {kRoad, "road"}}, 1);
+  map.setTileSize(10);
+  map.setEdgeModel({0.02, 0.3});
+  return map;
+}
+
+PageStore storeOf(PageKeeper& keeper, double keep_radius) {
+  PageStore store = keeper.store();
+  store.keep_radius = keep_radius;
+  store.most_at_once = std::numeric_limits<std::size_t>::max();
+  return store;
+}
+
+/// More than these maps take at least, so that everything far leaves.
+constexpr double kTiny = 0.001;
+
+TEST(PageKeeper, AMapIsStoredWholeWithoutBeingBroughtBack) {
+  Map map = drive(200);
+  const std::string before = encodeMap(map);
+  const Scratch scratch;
+  PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  ASSERT_GT(map.pagedOut().size(), 150U);
+  const std::string path = (scratch / "map.hgg").string();
+  EXPECT_NE(saveMap(map, path), "") << "there is no reader";
+  ASSERT_EQ(saveMap(map, path, store.read), "");
+  const Result<StoredMap> stored = loadMap(path);
+  ASSERT_TRUE(stored) << stored.error;
+  EXPECT_TRUE(encodeMap(*stored) == before);
+}
+
+TEST(PageKeeper, WhatWasMovedByALoopWhileItWasAwayIsStoredWhereItBelongs) {
+  Map map = drive(100), whole = drive(100);
+  const Scratch scratch;
+  PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  MapCorrection correction;
+  for (KeyframeId k = 50; k < 100; ++k) {
+    correction.moved.emplace_back(k, at(5 * k, 0.1 * (k - 50)));
+  }
+  map.apply(correction), whole.apply(correction);
+  EXPECT_GT(map.pagedOutStale().size(), 45U);
+  const std::string path = (scratch / "map.hgg").string();
+  ASSERT_EQ(saveMap(map, path, store.read), "");
+  const Result<StoredMap> stored = loadMap(path);
+  ASSERT_TRUE(stored) << stored.error;
+  ASSERT_EQ(stored->map.nodes().size(), whole.nodes().size());
+  for (const auto& [id, node] : whole.nodes()) {
+    EXPECT_LT((stored->map.find(id)->belief.mean - node.belief.mean).norm(), 1e-9) << id;
+    EXPECT_EQ(stored->map.find(id)->tile, node.tile) << id;
+  }
+}
+
+TEST(PageKeeper, PagesGoToAndFroAndStayWhatTheyAre) {
+  Map map = drive(200);
+  const std::string before = encodeMap(map);
+  const Scratch scratch;
+  PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 20);
+  for (int lap = 0; lap < 3; ++lap) {
+    for (int x = 0; x < 1000; x += 10) {
+      bringBack(map, store, Vec3(x, 0, 0), 12);
+      store.prefetch(map.pagedOutNear(Vec3(x, 0, 0), 40));
+      ASSERT_FALSE(map.nearAnywhere(Vec3(x, 4, 0), 1).empty()) << x;
+      pageOutBeyond(map, store, Vec3(x, 0, 0), {}, 3);
+    }
+  }
+  bringBack(map, store, Vec3::Zero(), 1e6);
+  EXPECT_TRUE(map.isWhole());
+  EXPECT_TRUE(encodeMap(map) == before);
+}
+
+TEST(PageKeeper, AJournalHoldsTheMapAsItWasHandedOver) {
+  Map map = drive(100);
+  map.trackChanges();
+  const Scratch scratch;
+  const std::string path = (scratch / "journal.db").string();
+  PageKeeper keeper(path, kTiny, 5, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  ASSERT_TRUE(keeper.needsAll());
+  keeper.write(map.takeChanges(true));
+  ASSERT_EQ(keeper.settle(), "");
+  EXPECT_FALSE(keeper.needsAll());
+  MapUpdate update;
+  update.created.push_back(nodeAt(kCar, Vec3(2, 20, 0)));
+  update.removed = {1};
+  map.apply(std::move(update));
+  keeper.write(map.takeChanges(false));
+  ASSERT_EQ(keeper.settle(), "");
+  const std::string saved = (scratch / "map.hgg").string();
+  ASSERT_EQ(saveMap(map, saved, store.read), "");
+  const Result<StoredMap> stored = loadMap(saved), journal = loadMap(path);
+  ASSERT_TRUE(stored && journal) << journal.error;
+  EXPECT_TRUE(encodeMap(*stored) == encodeMap(*journal));
+}
+
+TEST(PageKeeper, ADiskThatTakesNothingIsSaidAndDetailGoesOldestFirst) {
+  Map map = drive(100, 50);
+  const Scratch scratch;
+  PageKeeper keeper((scratch / "no" / "such" / "folder.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 30);
+  pageOutBeyond(map, store, Vec3::Zero(), {}, 40);
+  keeper.settle();
+  EXPECT_FALSE(store.has_room());
+  EXPECT_NE(store.trouble(), "");
+  const std::size_t leaves = map.leafCount(), nodes = map.nodes().size();
+  dropDetailBeyond(map, store, Vec3::Zero(), {}, 0.4, 10);
+  EXPECT_LT(map.leafCount(), leaves);
+  EXPECT_EQ(map.nodes().size(), nodes);
+  bringBack(map, store, Vec3::Zero(), 1e6);
+  EXPECT_TRUE(map.isWhole()) << "what could not be written is still in memory";
+}
+
+TEST(PageKeeper, APageThatWasSpoiledOnDiskIsGivenUpAndSaid) {
+  Map map = drive(100);
+  const Scratch scratch;
+  const std::string path = (scratch / "pages.db").string();
+  PageKeeper keeper(path, kTiny, 0, PageKeeper::Patience::kWaits);
+  const PageStore store = storeOf(keeper, 30);
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  ASSERT_EQ(keeper.settle(), "");
+  {
+    auto other = MapStore::open(path, MapStore::Safety::kDurable);
+    ASSERT_TRUE(other) << other.error;
+    MapPage wrong;
+    wrong.keyframe = 50;
+    ASSERT_EQ(other->write(nullptr, {std::make_shared<const MapPage>(wrong)}), "");  // none
+  }
+  const std::size_t away = map.pagedOut().size();
+  bringBack(map, store, Vec3::Zero(), 1e6);
+  EXPECT_TRUE(map.isWhole());
+  EXPECT_EQ(map.nodes().size(), 198U) << away;
+  EXPECT_NE(store.trouble(), "");
+}
+
+}  // namespace
+}  // namespace hgg::page_keeper_test
