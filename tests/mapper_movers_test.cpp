@@ -76,15 +76,15 @@ TEST(Movers, ACarThatComesTowardsTheRobotIsToldOfWithItsVelocityAndLeavesNoNode)
 TEST(Movers, ACarThatDrivesAheadAndAPersonThatCrossesAreMovers) {
   const TrafficBox ahead{.centre = {12, 3, 0.75}, .velocity = {7, 0, 0}};
   const TrafficBox person{
-      .label = kPerson, .half = {0.2, 0.25, 0.85}, .centre = {18, 9, 0.85}, .velocity = {0, -1.3, 0}};
+      .label = kWalker, .half = {0.2, 0.25, 0.85}, .centre = {18, 9, 0.85}, .velocity = {0, -1.3, 0}};
   const Drive run = drive({{ahead, person}}, 2, 35);
   std::set<ClassId> labels;
   for (const Mover& mover : run.reports[24].moving) {
     labels.insert(mover.label);
   }
-  EXPECT_EQ(labels, (std::set<ClassId>{kCar, kPerson}));
+  EXPECT_EQ(labels, (std::set<ClassId>{kCar, kWalker}));
   EXPECT_TRUE(run.nodesOf(kCar).empty());
-  EXPECT_TRUE(run.nodesOf(kPerson).empty());
+  EXPECT_TRUE(run.nodesOf(kWalker).empty());
 }
 
 /// Whether each box has a node with its middle in it.

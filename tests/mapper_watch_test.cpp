@@ -17,10 +17,10 @@ TrafficWorld squareWithPeople() {
   world.boxes = {{.label = kPole, .half = {0.1, 0.1, 1.5}, .centre = {5, 9, 1.5}}, {.centre = {-8, -4, 0.75}}};
   const Vec3 person(0.25, 0.25, 0.85);
   world.boxes.push_back(
-      {.label = kPerson, .half = person, .centre = {4, -5, 0.85}, .velocity = {1.2, 0, 0}, .from_s = 60});
+      {.label = kWalker, .half = person, .centre = {4, -5, 0.85}, .velocity = {1.2, 0, 0}, .from_s = 60});
   for (int k = 0; k < 25; ++k) {
     const double side = k % 2 == 0 ? 1 : -1, y = 3 + k % 5;
-    world.boxes.push_back({.label = kPerson,
+    world.boxes.push_back({.label = kWalker,
                            .half = person,
                            .centre = {-70 * side, y, 0.85},
                            .velocity = {1.5 * side, 0, 0},
@@ -53,7 +53,7 @@ TEST(LongWatch, OfPeopleWhoPassNobodyBecomesFurnitureAndNothingGrows) {
   for (const auto& [id, node] : mapper.map().nodes()) {
     if (!node.stuff && isConfirmed(node)) {
       poles += node.label == kPole ? 1 : 0, cars += node.label == kCar ? 1 : 0;
-      EXPECT_NE(node.label, kPerson) << node.belief.mean.transpose();
+      EXPECT_NE(node.label, kWalker) << node.belief.mean.transpose();
     }
   }
   EXPECT_EQ(poles, 1);

@@ -24,7 +24,7 @@ struct TrafficBox {
   Vec3 at(double t) const { return centre + std::clamp(t - from_s, 0.0, until_s - from_s) * velocity; }
 };
 
-constexpr ClassId kWall = 50, kPerson = 30;
+constexpr ClassId kHouse = 50, kWalker = 30;
 
 /// Cars and persons can move.
 inline ClassTable trafficClasses() {
@@ -106,7 +106,7 @@ struct TrafficWorld {
       };
       take(-origin.z() / u.z(), kRoad);
       const double wall = (wall_y - origin.y()) / u.y();
-      take((origin + wall * u).z() < 6 ? wall : 0, kWall);
+      take((origin + wall * u).z() < 6 ? wall : 0, kHouse);
       for (const TrafficBox& box : boxes) {
         take(meets(origin, u, box.at(t), box.half).value_or(0), box.label);
       }
