@@ -162,6 +162,17 @@ void rename(const std::map<ClassId, ClassId>& renamed, MapNode& node) {
     label = own(label);
   }
   std::ranges::sort(node.classes.views);
+  // Two ids of one name are one class from now on.
+  auto& views = node.classes.views;
+  std::size_t kept = 0;
+  for (std::size_t k = 1; k < views.size(); ++k) {
+    if (views[k].first == views[kept].first) {
+      views[kept].second += views[k].second;
+    } else {
+      views[++kept] = views[k];
+    }
+  }
+  views.resize(views.empty() ? 0 : kept + 1);
 }
 
 /// The keyframes of all maps, one map after the other, laid out and tied to each other.

@@ -91,6 +91,12 @@ void summarise(const Mapper& mapper, const RunCounts& counts, const OutputDirect
   if (counts.odometry_anew > 0) {
     fmt::print("  the odometry began anew {} times (its clock went back, or it paused)\n", counts.odometry_anew);
   }
+  for (const auto& [trouble, times] : counts.rig ? counts.rig->troubles : std::map<std::string, std::int64_t>()) {
+    fmt::print("  {} times {}\n", times, trouble);
+  }
+  if (counts.rig && counts.rig->labels.points > 0 && counts.rig->labels.labelled == 0) {
+    fmt::print("  no point got a class from any camera: the map has no objects (see docs/rig.md)\n");
+  }
   for (const std::string& line : counts.oddities) {
     fmt::print("  {}\n", line);
   }

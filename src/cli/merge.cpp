@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
 #include "map/file.h"
+#include "mapper.h"
 #include "merge_maps.h"
 
 namespace hgg {
@@ -48,6 +50,21 @@ std::string describe(const MergedMaps& merged, const std::string& out) {
                      merged.map.confirmedCount(), merged.reason, merged.places, merged.joined);
 }
 
+/// Why a map cannot be joined with others at all; empty: it may be.
+std::string whyNotMerged(const Map& map, const std::vector<Map>& others) {
+  const auto is_stuff = [](const auto& entry) { return entry.second.stuff; };
+  if (map.tileSize() == 0 && std::ranges::any_of(map.nodes(), is_stuff)) {
+    return ": its ground and walls are not cut into tiles, as those of an imported graph: it cannot be joined";
+  }
+  const auto has_same_keyframes = [&](const Map& other) {
+    return std::ranges::equal(map.keyframes().poses(), other.keyframes().poses(), {}, &TimedPose::utime_us,
+                              &TimedPose::utime_us);
+  };
+  return !map.keyframes().poses().empty() && std::ranges::any_of(others, has_same_keyframes)
+             ? " is one of the maps before, with the same keyframes: what it saw would count twice"
+             : "";
+}
+
 int merge(const MergeOptions& o) {
   const Result<LoadedConfig> loaded = loadConfig(o.config);
   if (!loaded) {
@@ -58,6 +75,12 @@ int merge(const MergeOptions& o) {
     Result<StoredMap> stored = loadMap(path);
     if (!stored) {
       return fail(stored.error);
+    }
+    if (const std::string why = whyNotMerged(stored->map, maps); !why.empty()) {
+      return fail(path + why);
+    }
+    if (const std::string why = explainMismatch(stored->map, loaded->config, loaded->classes); !why.empty()) {
+      return fail(path + ": " + why);
     }
     if (!maps.empty() && stored->map.tileSize() != maps.front().tileSize()) {
       return fail(fmt::format("{}: tiles of {} m, those of {} have {} m: they cannot be one map", path,

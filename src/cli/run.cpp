@@ -1,9 +1,11 @@
 #include "run.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <vector>
 
@@ -11,6 +13,7 @@
 #include "core/units.h"
 #include "leftovers.h"
 #include "map/file.h"
+#include "map/map_store.h"
 #include "map/page_keeper.h"
 
 namespace hgg {
@@ -65,11 +68,18 @@ int run(const RunOptions& o) {
   if (!rig) {
     return fail(rig.error);
   }
+  bool is_resumed = o.resume;
   Result<Map> map = startingMap(o.resume ? lastMapIn(o.out) : o.map, *loaded);
+  if (const std::string saved = o.out + "/map.hgg"; !map && o.resume) {
+    // A damaged journal must not keep a service from starting for ever: it is moved aside below.
+    spdlog::error("{}; going on from what was saved before", map.error);
+    is_resumed = false;
+    map = startingMap(std::filesystem::exists(saved) ? saved : std::string(), *loaded);
+  }
   if (!map) {
     return fail(map.error);
   }
-  Result<OutputDirectory> out = OutputDirectory::open(o.out, o.resume);
+  Result<OutputDirectory> out = OutputDirectory::open(o.out, is_resumed);
   if (!out) {
     return fail(out.error);
   }
@@ -101,6 +111,9 @@ int run(const RunOptions& o) {
     return fail(error);
   }
   keeper.discard();
+  if (journal_s == 0) {
+    removeMapStore(out->path(kJournalFile));  // of a run before, which this one went on from
+  }
   summarise(mapper, *counts, *out);
   return kDone;
 }

@@ -77,9 +77,13 @@ MapDelta Corrector::makeRoom(Map& map, const Vec3& p_map, std::size_t most) {
   if (!pages_.isOpen()) {
     return {};
   }
-  return !pages_.has_room || pages_.has_room()
-             ? pageOutBeyond(map, pages_, p_map, pending_merges_, most)
-             : dropDetailBeyond(map, pages_, p_map, pending_merges_, config_.map.leaf_size, most);
+  if (!pages_.has_room || pages_.has_room()) {
+    return pageOutBeyond(map, pages_, p_map, pending_merges_, most);
+  }
+  // What merely waits for the disk makes room soon.
+  return !pages_.is_failing || pages_.is_failing()
+             ? dropDetailBeyond(map, pages_, p_map, pending_merges_, config_.map.leaf_size, most)
+             : MapDelta{};
 }
 
 KeyframeDecision Corrector::decideKeyframe(const Map& map, const LocalGraph& local, const Alignment& alignment,

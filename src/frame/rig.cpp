@@ -108,6 +108,10 @@ class TableReader {
       }
       return T;
     }
+    if (v.size() == 16 && (v[12] != 0 || v[13] != 0 || v[14] != 0 || v[15] != 1)) {
+      complain(fmt::format("the last row of '{}' is not 0 0 0 1: are its columns written one after the other?", key));
+      return T;
+    }
     for (Eigen::Index k = 0; k < 12; ++k) {
       T.matrix()(k / 4, k % 4) = v[static_cast<std::size_t>(k)];
     }
@@ -177,7 +181,8 @@ NamedSet readLabelSet(TableReader& reader, const ClassTable& classes) {
   NamedSet set;
   set.first = reader.text("name", "");
   for (const double number : reader.numbers("no_class")) {
-    place(set.second, static_cast<std::int64_t>(number), kUnknownClass, reader);
+    const bool is_whole = number >= 0 && number <= 65535 && number == std::floor(number);
+    place(set.second, is_whole ? static_cast<std::int64_t>(number) : -1, kUnknownClass, reader);
   }
   const toml::node* node = reader.find("classes");
   const toml::table* table = node == nullptr ? nullptr : node->as_table();

@@ -166,9 +166,9 @@ bool MapStore::put(const MapChanges& changes) {
 }
 
 std::string MapStore::write(const MapChanges* changes, const std::vector<std::shared_ptr<const MapPage>>& pages) {
-  const bool is_good = run("BEGIN IMMEDIATE") &&
-                       std::ranges::all_of(pages, [&](const auto& page) { return put(*page); }) &&
-                       (changes == nullptr || put(*changes)) && run("COMMIT");
+  // A page that is in both left memory after the changes were taken: it is the newer one.
+  const bool is_good = run("BEGIN IMMEDIATE") && (changes == nullptr || put(*changes)) &&
+                       std::ranges::all_of(pages, [&](const auto& page) { return put(*page); }) && run("COMMIT");
   if (is_good) {
     return {};
   }

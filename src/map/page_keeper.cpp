@@ -63,6 +63,10 @@ PageStore PageKeeper::store() {
   store.most_at_once = kMostAtOnce;
   store.budget_mb = budget_mb_;
   store.has_room = [this] { return hasRoom(); };
+  store.is_failing = [this] {
+    const std::lock_guard lock(mutex_);
+    return !error_.empty();
+  };
   store.prefetch = [this](const std::vector<KeyframeId>& ids) { prefetch(ids); };
   store.megabytes = [this] { return megabytes(); };
   store.trouble = [this] { return trouble(); };
@@ -142,7 +146,8 @@ void PageKeeper::prefetch(const std::vector<KeyframeId>& ids) {
 bool PageKeeper::hasRoom() {
   std::unique_lock lock(mutex_);
   const auto isFull = [&] { return pending_mb_ > kMostPendingShare * budget_mb_; };
-  if (patience_ == Patience::kWaits && error_.empty() && isFull()) {
+  // A journal's pages wait for the changes that are written with them, which whoever asks here may have to hand over.
+  if (patience_ == Patience::kWaits && !isJournal() && error_.empty() && isFull()) {
     to_write_.notify_all();
     done_.wait(lock, [&] { return !isFull() || !error_.empty(); });
   }

@@ -35,6 +35,8 @@ struct PageStore {
   double budget_mb = 0;
   /// Whether pages can be put now: false while the disk cannot take them. Empty: always.
   std::function<bool()> has_room = nullptr;
+  /// Whether the store cannot write: only then is detail given up for good. Without it, a store without room fails.
+  std::function<bool()> is_failing = nullptr;
   /// Pages that come back at a time, where a frame must not wait for all: the nearest. What comes later is merged with
   /// what was mapped in its place.
   std::size_t most_at_once = std::numeric_limits<std::size_t>::max();

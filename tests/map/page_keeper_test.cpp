@@ -157,6 +157,38 @@ TEST(PageKeeper, ADiskThatTakesNothingIsSaidAndDetailGoesOldestFirst) {
   EXPECT_TRUE(map.isWhole()) << "what could not be written is still in memory";
 }
 
+TEST(PageKeeper, AJournalWhosePagesWaitForChangesHasNoRoomButNeitherWaitsForThemNorFails) {
+  Map map = drive(100, 50);
+  map.trackChanges();
+  const Scratch scratch;
+  PageKeeper keeper((scratch / "journal.db").string(), kTiny, 5, PageKeeper::Patience::kPrompt);
+  const PageStore store = storeOf(keeper, 30);
+  keeper.beginToSave();
+  pageOutBeyond(map, store, Vec3::Zero(), {});
+  EXPECT_FALSE(store.has_room());  // it would hang here
+  EXPECT_FALSE(store.is_failing()) << "detail would be given up for good";
+  keeper.write(map.takeChanges(true));
+  ASSERT_EQ(keeper.settle(), "");
+  EXPECT_TRUE(store.has_room());
+}
+
+TEST(MapStore, APageThatLeftMemoryAfterTheChangesWereTakenWins) {
+  const Scratch scratch;
+  auto store = MapStore::open((scratch / "journal.db").string(), MapStore::Safety::kDurable);
+  ASSERT_TRUE(store) << store.error;
+  Map map = drive(10);
+  map.trackChanges();
+  const MapChanges changes = map.takeChanges(true);
+  ASSERT_FALSE(changes.pages.empty());
+  MapPage newer = changes.pages.back();
+  ASSERT_FALSE(newer.nodes.empty());
+  newer.nodes.front().views += 100;
+  ASSERT_EQ(store->write(&changes, {std::make_shared<const MapPage>(newer)}), "");
+  const Result<MapPage> kept = store->page(newer.keyframe);
+  ASSERT_TRUE(kept) << kept.error;
+  EXPECT_EQ(kept->nodes.front().views, newer.nodes.front().views);
+}
+
 TEST(PageKeeper, APageThatWasSpoiledOnDiskIsGivenUpAndSaid) {
   Map map = drive(100);
   const Scratch scratch;

@@ -134,6 +134,14 @@ std::string planOdometry(const BagSurvey& survey, const RosbagOptions& options, 
   plan.body_frame = !options.body_frame.empty() ? options.body_frame
                     : odometry.child.empty()    ? cloud_frame
                                                 : odometry.child;
+  const auto T_child_body =
+      odometry.child.empty() ? RosPose{} : fixedTransform(survey, odometry.child, plan.body_frame);
+  if (!T_child_body) {
+    return "no transform of /tf_static leads from " + odometry.child + ", which the odometry is of, to " +
+           plan.body_frame;
+  }
+  plan.is_other_body = !odometry.child.empty() && odometry.child != plan.body_frame;
+  plan.T_child_body = T_child_body->pose();
   return "";
 }
 
@@ -197,8 +205,7 @@ class Converter {
 
   void takeCloud(const BagMessage& message) {
     const auto cloud = readCloud(message);
-    std::optional<RosPoints> points =
-        cloud ? pointsOf(*cloud, {plan_.label, plan_.instance}) : std::nullopt;
+    std::optional<RosPoints> points = cloud ? pointsOf(*cloud, {plan_.label, plan_.instance}) : std::nullopt;
     if (!points) {
       ++count_.bad;
       return;
@@ -221,6 +228,11 @@ class Converter {
       return;
     }
     const Micros utime_us = odometry->header.stamp_ns / kMicro_ns;
+    if (plan_.is_other_body) {
+      write("POSE_ODOM", utime_us, encodePose(utime_us, odometry->T_parent_child.pose() * plan_.T_child_body),
+            count_.poses);
+      return;
+    }
     write("POSE_ODOM", utime_us,
           encodePose(utime_us, odometry->T_parent_child.position, odometry->T_parent_child.orientation), count_.poses);
   }
@@ -287,7 +299,12 @@ Result<RosbagPlan> planRosbag(const BagSurvey& survey, const RosbagOptions& opti
 
 Result<RosbagCount> convertRosbag(const std::filesystem::path& bag, const BagSurvey& survey, const RosbagPlan& plan,
                                   const std::filesystem::path& log, const BagProgress& progress) {
-  auto writer = LogWriter::create(log.string());
+  std::error_code ignored;
+  if (std::filesystem::equivalent(bag, log, ignored)) {
+    return Result<RosbagCount>::fail("the log would replace the bag " + bag.string() + ": give another name");
+  }
+  const std::filesystem::path part = log.string() + ".part";
+  auto writer = LogWriter::create(part.string());
   if (!writer) {
     return Result<RosbagCount>::fail(writer.error);
   }
@@ -298,7 +315,12 @@ Result<RosbagCount> convertRosbag(const std::filesystem::path& bag, const BagSur
   if (error.empty()) {
     error = writer->close();
   }
+  if (error.empty()) {
+    std::filesystem::rename(part, log, ignored);
+    error = ignored ? "cannot write " + log.string() + ": " + ignored.message() : "";
+  }
   if (!error.empty()) {
+    std::filesystem::remove(part, ignored);
     return Result<RosbagCount>::fail(std::move(error));
   }
   RosbagCount count = converter.count();

@@ -23,9 +23,11 @@ struct RosbagPlan {
   std::string cloud, odometry;  // topics; odometry empty: the chain of transforms
   std::string odom_frame, body_frame, cloud_frame;
   Pose T_body_cloud = Pose::Identity();
-  bool is_moved = false;           // the cloud's frame is another than the body's
-  std::string label, instance;     // fields; empty: there is none
-  std::vector<std::string> chain;  // frames from the body up to, without, the odometry's
+  bool is_moved = false;                 // the cloud's frame is another than the body's
+  Pose T_child_body = Pose::Identity();  // of the frame that the odometry is of
+  bool is_other_body = false;            // that is another than the body's
+  std::string label, instance;           // fields; empty: there is none
+  std::vector<std::string> chain;        // frames from the body up to, without, the odometry's
 };
 
 /// The guess, or why it cannot be made and which options would make it.
