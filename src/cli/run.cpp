@@ -50,6 +50,24 @@ double heightAt(const Map& map, double x, double y) {
   return nearest == poses.end() ? 0 : nearest->T_map_body.translation().z();
 }
 
+/// What a run begins with.
+struct Start {
+  Map map;
+  bool is_resumed = false;  // it goes on from the journal
+};
+
+Result<Start> startOf(const RunOptions& o, const LoadedConfig& loaded) {
+  Result<Map> map = startingMap(o.resume ? lastMapIn(o.out) : o.map, loaded);
+  const bool is_resumed = o.resume && map;
+  if (o.resume && !map) {
+    // A damaged journal must not keep a service from starting for ever: OutputDirectory moves it aside.
+    spdlog::error("{}; going on from what was saved before", map.error);
+    const std::string saved = o.out + "/map.hgg";
+    map = startingMap(std::filesystem::exists(saved) ? saved : std::string(), loaded);
+  }
+  return map ? Result<Start>::ok({std::move(*map), is_resumed}) : Result<Start>::fail(map.error);
+}
+
 int run(const RunOptions& o) {
   const std::atomic<bool>& stop = stopOnSignals();
   Result<LoadedConfig> loaded = loadConfig(o.config);
@@ -68,25 +86,18 @@ int run(const RunOptions& o) {
   if (!rig) {
     return fail(rig.error);
   }
-  bool is_resumed = o.resume;
-  Result<Map> map = startingMap(o.resume ? lastMapIn(o.out) : o.map, *loaded);
-  if (const std::string saved = o.out + "/map.hgg"; !map && o.resume) {
-    // A damaged journal must not keep a service from starting for ever: it is moved aside below.
-    spdlog::error("{}; going on from what was saved before", map.error);
-    is_resumed = false;
-    map = startingMap(std::filesystem::exists(saved) ? saved : std::string(), *loaded);
+  Result<Start> start = startOf(o, *loaded);
+  if (!start) {
+    return fail(start.error);
   }
-  if (!map) {
-    return fail(map.error);
-  }
-  Result<OutputDirectory> out = OutputDirectory::open(o.out, is_resumed);
+  Result<OutputDirectory> out = OutputDirectory::open(o.out, start->is_resumed);
   if (!out) {
     return fail(out.error);
   }
   const double journal_s = config.map.snapshot_s;
   PageKeeper keeper(out->path(journal_s > 0 ? kJournalFile : "pages.db"), config.memory.budget_mb, journal_s,
                     PageKeeper::Patience::kPrompt);
-  Mapper mapper(config, loaded->classes, std::move(*map), LoopTiming::kPrompt, keeper.store());
+  Mapper mapper(config, loaded->classes, std::move(start->map), LoopTiming::kPrompt, keeper.store());
   mapper.trackChanges();
   if (!o.start.empty()) {
     Pose T_map_start = Pose::Identity();
