@@ -110,7 +110,7 @@ Result<std::string> keepLeftovers(const std::string& directory, bool is_resumed)
 }
 
 std::string lastMapIn(const std::string& directory) {
-  const std::string journal = fmt::format("{}/{}", directory, kJournalFile), map = directory + "/map.hgg";
+  std::string journal = fmt::format("{}/{}", directory, kJournalFile), map = directory + "/map.hgg";
   if (fs::exists(journal) && !isEmptyMapStore(journal)) {
     return journal;
   }

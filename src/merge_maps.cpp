@@ -275,7 +275,7 @@ std::size_t mergeNodes(Map& map, const ClassTable& classes, const Config& config
 
 MergedMaps mergeMaps(const std::vector<Map>& maps, const ClassTable& classes, const Config& config) {
   MergedMaps merged;
-  const std::vector<SimilarClasses> similar = classes.similar();
+  const std::vector<SimilarClasses>& similar = classes.similar();
   merged.pairs = comparePairs(maps, similar);
   std::vector<const MapPair*> accepted;
   for (const MapPair& pair : merged.pairs) {

@@ -80,7 +80,7 @@ int merge(const MergeOptions& o) {
       return fail(path + why);
     }
     if (const std::string why = explainMismatch(stored->map, loaded->config, loaded->classes); !why.empty()) {
-      return fail(path + ": " + why);
+      return fail(fmt::format("{}: {}", path, why));
     }
     if (!maps.empty() && stored->map.tileSize() != maps.front().tileSize()) {
       return fail(fmt::format("{}: tiles of {} m, those of {} have {} m: they cannot be one map", path,

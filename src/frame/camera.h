@@ -53,8 +53,12 @@ Vec3 pixelRay(const CameraModel& camera, double x, double y);
 struct Pixel {
   int x = 0, y = 0;
 };
+/// From the middle of a pixel, where its coordinates are whole, to its edge.
+inline constexpr double kHalfPixel = 0.5;
 /// The pixel of a place on the image, which must be in it.
-inline Pixel pixelAt(const ImagePoint& p) { return {static_cast<int>(p.x() + 0.5), static_cast<int>(p.y() + 0.5)}; }
+inline Pixel pixelAt(const ImagePoint& p) {
+  return {static_cast<int>(p.x() + kHalfPixel), static_cast<int>(p.y() + kHalfPixel)};
+}
 
 /// Camera axes (x right, y down, z forward) in body axes (x forward, y left, z up).
 Mat3 cameraAxes();

@@ -91,9 +91,10 @@ std::vector<SeenPoint> projectAll(std::span<const Point> points, const LabelView
     }
     if (is_ideal) {
       const float u = fx * x / z + cx, v = fy * y / z + cy;
-      if (u >= -0.5F && v >= -0.5F && u < right && v < low) {
-        seen.push_back({static_cast<std::uint32_t>(i), z, static_cast<std::uint16_t>(u + 0.5F),
-                        static_cast<std::uint16_t>(v + 0.5F)});
+      constexpr auto half = static_cast<float>(kHalfPixel);
+      if (u >= -half && v >= -half && u < right && v < low) {
+        seen.push_back({static_cast<std::uint32_t>(i), z, static_cast<std::uint16_t>(u + half),
+                        static_cast<std::uint16_t>(v + half)});
       }
       continue;
     }

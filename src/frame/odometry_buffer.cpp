@@ -80,7 +80,7 @@ std::optional<OdometryPose> OdometryBuffer::at(Micros utime_us) const {
 }
 
 std::optional<OdometryPose> OdometryBuffer::around(Micros utime_us, Micros reach_us) const {
-  if (const auto pose = at(utime_us)) {
+  if (auto pose = at(utime_us)) {
     return pose;
   }
   const bool is_ahead = missAt(utime_us) == OdometryMiss::kAhead;

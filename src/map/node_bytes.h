@@ -124,7 +124,7 @@ MapNode getNode(ByteReader& r, std::uint32_t version);
 
 /// A between constraint, its deviations within the limits of the file; those of what is read are required to be, and a
 /// and b to be two and not negative.
-void putConstraint(ByteWriter& w, const BetweenConstraint& constraint);
+void putConstraint(ByteWriter& w, const BetweenConstraint& e);
 BetweenConstraint getConstraint(ByteReader& r, std::uint32_t version);
 
 /// What a node needs of the versions of the file: colour or front, and what was seen through it.

@@ -54,7 +54,7 @@ MapUpdate mergeSecondNodes(const Map& map, const ClassTable& classes, const Conf
     NodeId keep = id;
     for (NodeId twin = twinOf(keep); twin != 0; twin = twinOf(keep)) {
       const NodeId drop = std::max(keep, twin);
-      const MapNode absorbed = current(drop);
+      const MapNode& absorbed = current(drop);  // stays where it is until it is erased below
       keep = std::min(keep, twin);
       absorb(grown.try_emplace(keep, current(keep)).first->second, absorbed, config.map.leaf_size, rule);
       grown.erase(drop);
