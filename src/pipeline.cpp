@@ -24,16 +24,6 @@ PairingLimits pairingLimits(const FrameConfig& config, OdometryWait wait) {
   return limits;
 }
 
-/// Takes a cloud from the frame of its sensor to that of the body.
-void moveToBody(SemanticCloud& cloud, const Pose& T_body_sensor) {
-  const Eigen::Isometry3f T = T_body_sensor.cast<float>();
-  for (Point& p : cloud.points) {
-    const Eigen::Vector3f v = T * Eigen::Vector3f(p.x, p.y, p.z);
-    p.x = v.x(), p.y = v.y(), p.z = v.z();
-  }
-  cloud.p_body_sensor = T_body_sensor.translation();
-}
-
 }  // namespace
 
 Pipeline::Pipeline(Mapper& mapper, OnFrame on_frame, OdometryWait wait, const std::optional<Rig>& rig)

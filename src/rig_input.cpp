@@ -3,21 +3,10 @@
 #include <utility>
 
 #include "core/units.h"
+#include "frame/motion.h"
 
 namespace hgg {
 namespace {
-
-/// Takes a cloud from the frame of its sensor to that of the body.
-void moveToBody(SemanticCloud& cloud, const Pose& T_body_sensor) {
-  if (T_body_sensor.matrix() != Pose::Identity().matrix()) {
-    const Eigen::Isometry3f T = T_body_sensor.cast<float>();
-    for (Point& p : cloud.points) {
-      const Eigen::Vector3f v = T * Eigen::Vector3f(p.x, p.y, p.z);
-      p.x = v.x(), p.y = v.y(), p.z = v.z();
-    }
-  }
-  cloud.p_body_sensor = T_body_sensor.translation();
-}
 
 LabellingOptions optionsOf(const Config& config) {
   return {config.creation.beam_spacing_deg * kDegree, config.frame.min_confidence};

@@ -5,25 +5,10 @@
 # usage: tests/align_test.sh [BUILD_DIR] [OUT_DIR]     Data: $HGG_DATA, else ../shared/data beside the repository.
 # Exit: 0 passed, 77 skipped, 1 an answer is wrong, 2 a command failed.
 set -u
-repo=$(cd "$(dirname "$0")/.." && pwd)
-build=${1:-$repo/build}
-data=${HGG_DATA:-$repo/../shared/data}
+need=kitti_pairs
+. "$(dirname "$0")/real_data.sh"
 # The true poses come from GPS: they put frame 4501 0.24 m higher than the road under both frames does.
 max_error=0.30 max_turn=1.0
-
-if [ ! -d "$data/kitti_pairs" ]; then
-  echo "skipped: no kitti_pairs in $data (HGG_DATA names another folder)"
-  exit 77
-fi
-if [ $# -ge 2 ]; then
-  out=$2
-else
-  out=$(mktemp -d)
-  trap 'rm -rf "$out"' EXIT
-fi
-mkdir -p "$out" || exit 2
-
-run() { "$@" || { echo "failed: $*" >&2; exit 2; }; }
 
 # one_frame_map FRAME YAW: maps one frame, turned by YAW degrees, into $out/FRAME-YAW/map.hgg.
 one_frame_map() {

@@ -5,24 +5,9 @@
 # usage: tests/kitti_test.sh [BUILD_DIR] [OUT_DIR]     Data: $HGG_DATA, else ../shared/data beside the repository.
 # Exit: 0 passed, 77 skipped, 1 a number is out of bounds, 2 a command failed.
 set -u
-repo=$(cd "$(dirname "$0")/.." && pwd)
-build=${1:-$repo/build}
-data=${HGG_DATA:-$repo/../shared/data}
+need=kitti_0001
+. "$(dirname "$0")/real_data.sh"
 radius=1.5 min_recall=0.9 max_error=0.5
-
-if [ ! -d "$data/kitti_0001" ]; then
-  echo "skipped: no kitti_0001 in $data (HGG_DATA names another folder)"
-  exit 77
-fi
-if [ $# -ge 2 ]; then
-  out=$2
-else
-  out=$(mktemp -d)
-  trap 'rm -rf "$out"' EXIT
-fi
-mkdir -p "$out" || exit 2
-
-run() { "$@" || { echo "failed: $*" >&2; exit 2; }; }
 replay() { run "$build/hggmap" replay "$1" --config "$repo/firmware_cfg/semantickitti/hggmap.toml" --out "$2"; }
 evaluate() { run "$build/hgg-eval" --truth "$out/truth" --class car --radius "$radius" "$@"; }
 

@@ -41,6 +41,17 @@ float believed(float t) { return std::abs(t) <= kLongest ? t : 0.0F; }
 
 }  // namespace
 
+void moveToBody(SemanticCloud& cloud, const Pose& T_body_sensor) {
+  if (T_body_sensor.matrix() != Pose::Identity().matrix()) {
+    const Eigen::Isometry3f T = T_body_sensor.cast<float>();
+    for (Point& p : cloud.points) {
+      const Eigen::Vector3f v = T * Eigen::Vector3f(p.x, p.y, p.z);
+      p.x = v.x(), p.y = v.y(), p.z = v.z();
+    }
+  }
+  cloud.p_body_sensor = T_body_sensor.translation();
+}
+
 std::optional<Pose> motionBetween(const OdometryBuffer& odometry, Micros from_us, Micros to_us, Micros delay_us) {
   const auto from = odometry.around(from_us + delay_us, kMotionReach_us);
   const auto to = odometry.around(to_us + delay_us, kMotionReach_us);

@@ -9,6 +9,9 @@
 
 namespace hgg {
 
+/// Takes a cloud from the frame of its sensor to that of the body.
+void moveToBody(SemanticCloud& cloud, const Pose& T_body_sensor);
+
 /// How the body moved between two times of the clouds' clock, T_to_from: takes what was seen from the body at `from_us`
 /// to the body at `to_us`. nullopt where odometry does not tell, or began anew in between. By up to kMotionReach_us
 /// beyond its samples the body is taken to move on as it did. `delay_us`: of odometry's stamps (OdometryDelay).

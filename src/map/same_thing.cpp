@@ -24,7 +24,7 @@ constexpr double kSameSurface = 0.5;
 constexpr double kAlsoCalled = 0.25;
 
 /// A thing with a larger share of its points within reach of another of its class is a piece of that. Measured pieces
-/// of one thing have 0.5 to 1, neighbours up to 0.1 (docs/experiments.md, "Pieces that touch").
+/// of one thing have 0.5 to 1, neighbours up to 0.1 (docs/experiments.md, "Pieces, neighbours and other names").
 constexpr double kAttached = 0.5;
 
 /// True when `p` lies inside the box of the belief's extent.

@@ -5,47 +5,12 @@
 
 #include <fstream>
 
+#include "map/drive_along.h"
 #include "map/file.h"
-#include "map/test_map.h"
 #include "tools/scratch.h"
 
-namespace hgg::page_keeper_test {
+namespace hgg::paging_test {
 namespace {
-
-constexpr ClassId kCar = 10, kRoad = 40;
-
-Pose at(double x, double y = 0) {
-  Pose T = Pose::Identity();
-  T.translation() = Vec3(x, y, 0);
-  return T;
-}
-
-/// A drive along x, a keyframe every 5 m, a car and a road node beside each.
-Map drive(int keyframes, int leaves = 3) {
-  std::mt19937 random(7);
-  KeyframeGraph graph;
-  std::vector<MapNode> nodes;
-  for (int k = 0; k < keyframes; ++k) {
-    graph.add({1000 * k, at(5 * k)});
-    if (k > 0) {
-      graph.connect({k - 1, k, at(5), 0.02, 1e-3, false});
-    }
-    nodes.push_back(nodeAt(kCar, Vec3(5 * k, 4, 0)));
-    for (int n = 0; n < leaves; ++n) {
-      addLeaf(nodes.back(), randomLeaf(random));
-    }
-    const Vec3 road(5 * k, -1, 0);
-    nodes.push_back(tileNode(kRoad, tileOf(road, 10), road));
-  }
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    nodes[n].id = static_cast<NodeId>(n + 1);
-    nodes[n].anchor = static_cast<KeyframeId>(n / 2);
-  }
-  Map map = Map::restore(std::move(nodes), std::move(graph), {{kCar, "car"}, {kRoad, "road"}}, 1);
-  map.setTileSize(10);
-  map.setEdgeModel({0.02, 0.3});
-  return map;
-}
 
 PageStore storeOf(PageKeeper& keeper, double keep_radius) {
   PageStore store = keeper.store();
@@ -58,7 +23,7 @@ PageStore storeOf(PageKeeper& keeper, double keep_radius) {
 constexpr double kTiny = 0.001;
 
 TEST(PageKeeper, AMapIsStoredWholeWithoutBeingBroughtBack) {
-  Map map = drive(200);
+  Map map = driveAlong(200);
   const std::string before = encodeMap(map);
   const Scratch scratch;
   PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
@@ -74,7 +39,7 @@ TEST(PageKeeper, AMapIsStoredWholeWithoutBeingBroughtBack) {
 }
 
 TEST(PageKeeper, WhatWasMovedByALoopWhileItWasAwayIsStoredWhereItBelongs) {
-  Map map = drive(100), whole = drive(100);
+  Map map = driveAlong(100), whole = driveAlong(100);
   const Scratch scratch;
   PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
   const PageStore store = storeOf(keeper, 30);
@@ -97,7 +62,7 @@ TEST(PageKeeper, WhatWasMovedByALoopWhileItWasAwayIsStoredWhereItBelongs) {
 }
 
 TEST(PageKeeper, PagesGoToAndFroAndStayWhatTheyAre) {
-  Map map = drive(200);
+  Map map = driveAlong(200);
   const std::string before = encodeMap(map);
   const Scratch scratch;
   PageKeeper keeper((scratch / "pages.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
@@ -116,7 +81,7 @@ TEST(PageKeeper, PagesGoToAndFroAndStayWhatTheyAre) {
 }
 
 TEST(PageKeeper, AJournalHoldsTheMapAsItWasHandedOver) {
-  Map map = drive(100);
+  Map map = driveAlong(100);
   map.trackChanges();
   const Scratch scratch;
   const std::string path = (scratch / "journal.db").string();
@@ -141,7 +106,7 @@ TEST(PageKeeper, AJournalHoldsTheMapAsItWasHandedOver) {
 }
 
 TEST(PageKeeper, ADiskThatTakesNothingIsSaidAndDetailGoesOldestFirst) {
-  Map map = drive(100, 50);
+  Map map = driveAlong(100, 50);
   const Scratch scratch;
   PageKeeper keeper((scratch / "no" / "such" / "folder.db").string(), kTiny, 0, PageKeeper::Patience::kWaits);
   const PageStore store = storeOf(keeper, 30);
@@ -158,7 +123,7 @@ TEST(PageKeeper, ADiskThatTakesNothingIsSaidAndDetailGoesOldestFirst) {
 }
 
 TEST(PageKeeper, AJournalWhosePagesWaitForChangesHasNoRoomButNeitherWaitsForThemNorFails) {
-  Map map = drive(100, 50);
+  Map map = driveAlong(100, 50);
   map.trackChanges();
   const Scratch scratch;
   PageKeeper keeper((scratch / "journal.db").string(), kTiny, 5, PageKeeper::Patience::kPrompt);
@@ -176,7 +141,7 @@ TEST(MapStore, APageThatLeftMemoryAfterTheChangesWereTakenWins) {
   const Scratch scratch;
   auto store = MapStore::open((scratch / "journal.db").string(), MapStore::Safety::kDurable);
   ASSERT_TRUE(store) << store.error;
-  Map map = drive(10);
+  Map map = driveAlong(10);
   map.trackChanges();
   const MapChanges changes = map.takeChanges(true);
   ASSERT_FALSE(changes.pages.empty());
@@ -190,7 +155,7 @@ TEST(MapStore, APageThatLeftMemoryAfterTheChangesWereTakenWins) {
 }
 
 TEST(PageKeeper, APageThatWasSpoiledOnDiskIsGivenUpAndSaid) {
-  Map map = drive(100);
+  Map map = driveAlong(100);
   const Scratch scratch;
   const std::string path = (scratch / "pages.db").string();
   PageKeeper keeper(path, kTiny, 0, PageKeeper::Patience::kWaits);
@@ -212,4 +177,4 @@ TEST(PageKeeper, APageThatWasSpoiledOnDiskIsGivenUpAndSaid) {
 }
 
 }  // namespace
-}  // namespace hgg::page_keeper_test
+}  // namespace hgg::paging_test

@@ -4,48 +4,15 @@
 
 #include <tuple>
 
+#include "map/drive_along.h"
 #include "map/file.h"
 #include "map/shelf.h"
-#include "map/test_map.h"
 
 namespace hgg::paging_test {
 namespace {
 
-constexpr ClassId kCar = 10, kRoad = 40;
-constexpr double kTileSize = 10;
-
-Pose at(double x, double y = 0) {
-  Pose T = Pose::Identity();
-  T.translation() = Vec3(x, y, 0);
-  return T;
-}
-
-/// A drive along x, a keyframe every 5 m, a car and a road node beside each.
-Map drive(int keyframes) {
-  std::mt19937 random(7);
-  KeyframeGraph graph;
-  std::vector<MapNode> nodes;
-  for (int k = 0; k < keyframes; ++k) {
-    graph.add({1000 * k, at(5 * k)});
-    if (k > 0) {
-      graph.connect({k - 1, k, at(5), 0.02, 1e-3, false});
-    }
-    nodes.push_back(nodeAt(kCar, Vec3(5 * k, 4, 0)));
-    addLeaf(nodes.back(), randomLeaf(random));
-    const Vec3 road(5 * k, -1, 0);
-    nodes.push_back(tileNode(kRoad, tileOf(road, kTileSize), road));
-  }
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    nodes[n].id = static_cast<NodeId>(n + 1);
-    nodes[n].anchor = static_cast<KeyframeId>(n / 2);
-  }
-  Map map = Map::restore(std::move(nodes), std::move(graph), {}, 1);
-  map.setTileSize(kTileSize);
-  return map;
-}
-
 TEST(Paging, WhatComesBackIsWhatWentAway) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   const std::string before = encodeMap(map);
   Shelf shelf;
   const PageStore store = shelf.store(30);
@@ -61,7 +28,7 @@ TEST(Paging, WhatComesBackIsWhatWentAway) {
 }
 
 TEST(Paging, EdgesLeaveWithAPageAndComeBackWithIt) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   map.setEdgeModel({0.01, 0.5});
   const std::vector<Edge> before = map.graph().edges();
   Shelf shelf;
@@ -78,7 +45,7 @@ TEST(Paging, EdgesLeaveWithAPageAndComeBackWithIt) {
 }
 
 TEST(Paging, LeavesAreNotCopiedOnTheWay) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   const GeometryBlock far = map.geometry(71);
   Shelf shelf;
   const PageStore store = shelf.store(30);
@@ -89,7 +56,7 @@ TEST(Paging, LeavesAreNotCopiedOnTheWay) {
 }
 
 TEST(Paging, BringsBackEveryNodeThatMayLieWithinTheRadiusAndNoOther) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   const Map whole = map;
   Shelf shelf;
   const PageStore store = shelf.store(0);
@@ -103,7 +70,7 @@ TEST(Paging, BringsBackEveryNodeThatMayLieWithinTheRadiusAndNoOther) {
 }
 
 TEST(Paging, APageFollowsWhatALoopDidToItsKeyframeMeanwhile) {
-  Map map = drive(40), stayed = map;
+  Map map = driveAlong(40), stayed = map;
   Shelf shelf;
   const PageStore store = shelf.store(30);
   pageOutBeyond(map, store, Vec3::Zero(), {});
@@ -124,7 +91,7 @@ TEST(Paging, APageFollowsWhatALoopDidToItsKeyframeMeanwhile) {
 }
 
 TEST(Paging, NeitherPendingMergesNorTheLastKeyframeLeave) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   Shelf shelf;
   pageOutBeyond(map, shelf.store(0), Vec3(0, 1000, 0), {21});
   EXPECT_NE(map.find(21), nullptr);
@@ -134,13 +101,13 @@ TEST(Paging, NeitherPendingMergesNorTheLastKeyframeLeave) {
 }
 
 TEST(Paging, AnInfiniteRadiusKeepsEverything) {
-  Map map = drive(10);
+  Map map = driveAlong(10);
   pageOutBeyond(map, PageStore{}, Vec3::Zero(), {});
   EXPECT_EQ(map.nodes().size(), 20U);
 }
 
 TEST(Paging, WhatHasComeWithinReachWhileItWasAwayIsReactivated) {
-  Map map = drive(40);
+  Map map = driveAlong(40);
   map.setDriftReach(0.1);  // 25 constraints of 2 cm
   map.startAt(0);
   ASSERT_FALSE(map.isActive(KeyframeId{38}));

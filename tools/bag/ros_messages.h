@@ -67,6 +67,9 @@ struct RosCamera {
   std::array<double, 9> intrinsics{};  // row by row
 };
 
+/// True of the types that transforms come in, of tf2 and of tf before it.
+inline bool holdsTransforms(const std::string& type) { return type == "tf2_msgs/TFMessage" || type == "tf/tfMessage"; }
+
 std::optional<RosCloud> readCloud(const BagMessage& message);
 std::optional<RosTransform> readOdometry(const BagMessage& message);
 std::optional<std::vector<RosTransform>> readTransforms(const BagMessage& message);

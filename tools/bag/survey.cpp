@@ -42,7 +42,7 @@ bool look(const BagMessage& message, BagTopic& topic, BagSurvey& survey) {
     }
     return camera.has_value();
   }
-  if (message.type == "tf2_msgs/TFMessage" || message.type == "tf/tfMessage") {
+  if (holdsTransforms(message.type)) {
     const auto transforms = readTransforms(message);
     const bool is_static = message.topic.ends_with("tf_static");
     for (const RosTransform& t : transforms.value_or(std::vector<RosTransform>())) {

@@ -191,7 +191,7 @@ class Converter {
       takeCloud(message);
     } else if (!plan_.odometry.empty() && message.topic == plan_.odometry) {
       takeOdometry(message);
-    } else if (plan_.odometry.empty() && message.type.ends_with("essage") && message.type.starts_with("tf")) {
+    } else if (plan_.odometry.empty() && holdsTransforms(message.type)) {
       takeTransforms(message);
     }
     return error_.empty();

@@ -31,7 +31,7 @@ int fail(const std::string& error) {
 
 /// What the conversion would do with a topic.
 std::string useOf(const BagTopic& topic, const Result<RosbagPlan>& plan) {
-  const bool is_tf = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
+  const bool is_tf = holdsTransforms(topic.type);
   if (!plan) {
     return "";
   }

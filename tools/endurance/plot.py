@@ -57,7 +57,8 @@ def main(argv):
         with open(directory / "memory.csv", newline="") as file:
             plot(list(csv.DictReader(file)), report, argv[2])
     lines = broken(report)
-    print("\n".join(lines) or "every promise was kept")
+    # Doubles are looked for within a metre of the true place: a drive that comes back far off shows none.
+    print("\n".join(lines) or f"every promise was kept; loops closed: {report['loops']}")
     return 1 if lines else 0
 
 
